@@ -1,0 +1,25 @@
+"""Estimation when the textbook assumptions fail: states, parameters and faults with honest uncertainty."""
+
+import os as _os
+
+import jax as _jax
+
+if _os.environ.get("GAINFUL_X64", "1") != "0":
+    _jax.config.update("jax_enable_x64", True)
+
+from .estimates import Gaussian, SquareRoot
+from .filters import (
+    KalmanFilter,
+    cubature_kalman_filter,
+    extended_kalman_filter,
+    iterated_extended_kalman_filter,
+    kalman_filter,
+    unscented_kalman_filter,
+)
+from .linearization import Cubature, GaussHermite, SigmaPoints, Taylor, Unscented
+from .models import augment, continuous_model, discrete_model, linear_model, sensor
+from .noise import Nominal
+from .running import Log, Result, draw_log, make_log, make_prior, run, run_many, samples_of, scan, smooth
+from .updates import Exact, Gated, Iterated
+
+__version__ = "0.1.0"

@@ -1,0 +1,85 @@
+"""The dense estimate: mean and covariance."""
+
+from __future__ import annotations
+
+from typing import Self
+
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float
+
+from ..linalg import root, solve_lower, solve_lower_transposed, symmetrize
+from ..spaces import AbstractSpace
+from .affine import Affine
+from .base import AbstractEstimate, Innovation, residual_of
+
+
+class Gaussian(AbstractEstimate):
+    """Mean and covariance, conditioned in Joseph form.
+
+    ```
+    push       P <- A P A^T + N
+    condition  S = A P A^T + N;  K = P A^T S^-1;  P <- (I - K A) P (I - K A)^T + K N K^T
+    ```
+
+    Attributes:
+        mean: a point of the space (size,).
+        cov: covariance (dof, dof).
+        space: where the state lives.
+
+    Source: Bucy and Joseph (1968), Filtering for Stochastic Processes with Applications to Guidance.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from gainful.spaces import Euclidean
+        >>> Gaussian.start(jnp.zeros(1), jnp.eye(1), Euclidean(("x",))).factor.tolist()
+        [[1.0]]
+    """
+
+    mean: Float[Array, " size"]
+    cov: Float[Array, "dof dof"]
+    space: AbstractSpace
+
+    @classmethod
+    def start(cls, mean: Float[Array, " size"], cov: Float[Array, "dof dof"], space: AbstractSpace) -> Self:
+        return cls(mean, cov, space)
+
+    @property
+    def factor(self) -> Float[Array, "dof dof"]:
+        return root(self.cov)[0]
+
+    def push(self, affine: Affine) -> Self:
+        cov = affine.matrix @ self.cov @ affine.matrix.T + affine.covariance()
+        return type(self)(affine.predict(self.mean), symmetrize(cov), affine.outer)
+
+    def condition(
+        self,
+        affine: Affine,
+        y: Float[Array, " out_size"],
+        seen: Bool[Array, " out"],
+        *,
+        gain: Float[Array, "dof out"] | None = None,
+    ) -> tuple[Self, Innovation]:
+        cross = affine.matrix @ self.cov
+        noise = affine.covariance()
+        lower, _ = root(symmetrize(cross @ affine.matrix.T + noise))
+        residual = residual_of(affine, self.mean, y, seen)
+        whitened = solve_lower(lower, residual)
+        innovation = Innovation(residual, lower, whitened, seen, jnp.all(jnp.diagonal(lower) > 0))
+        if gain is None:
+            gain = solve_lower_transposed(lower, solve_lower(lower, cross)).T
+        keep = jnp.eye(self.cov.shape[0], dtype=self.cov.dtype) - gain @ affine.matrix
+        cov = keep @ self.cov @ keep.T + gain @ noise @ gain.T
+        return type(self)(self.space.plus(self.mean, gain @ residual), symmetrize(cov), self.space), innovation
+
+    def plus_noise(self, cov: Float[Array, "dof dof"]) -> Self:
+        return type(self)(self.mean, self.cov + cov, self.space)
+
+    def revise(self, affine: Affine, future: Self) -> Self:
+        noise = affine.covariance()
+        cross = affine.matrix @ self.cov
+        lower, _ = root(symmetrize(cross @ affine.matrix.T + noise))
+        gain = solve_lower_transposed(lower, solve_lower(lower, cross)).T
+        keep = jnp.eye(self.cov.shape[0], dtype=self.cov.dtype) - gain @ affine.matrix
+        moved = gain @ affine.outer.minus(future.mean, affine.predict(self.mean))
+        cov = keep @ self.cov @ keep.T + gain @ (noise + future.cov) @ gain.T
+        return type(self)(self.space.plus(self.mean, moved), symmetrize(cov), self.space)

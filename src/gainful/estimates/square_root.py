@@ -1,0 +1,94 @@
+"""The square-root estimate: mean and triangular factor of the covariance."""
+
+from __future__ import annotations
+
+from typing import Self
+
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float
+
+from ..linalg import root, solve_lower, solve_lower_transposed, triangularize
+from ..spaces import AbstractSpace
+from .affine import Affine
+from .base import AbstractEstimate, Innovation, residual_of
+
+
+class SquareRoot(AbstractEstimate):
+    """Mean and lower-triangular root of the covariance, moved by orthogonal transformations only.
+
+    The covariance is never formed, so it stays positive semi-definite and keeps twice the digits of the dense form.
+
+    ```
+    push       tri [A L, N^1/2]
+    condition  tri [[A L, N^1/2], [L, 0]] = [[S^1/2, 0], [K S^1/2, L+]]
+    ```
+
+    Attributes:
+        mean: a point of the space (size,).
+        factor: root of the covariance (dof, dof).
+        space: where the state lives.
+
+    Source: Kaminski, Bryson and Schmidt (1971), IEEE Trans. Autom. Control 16(6):727-736.
+    Reduces to: `Gaussian` in exact arithmetic.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from gainful.spaces import Euclidean
+        >>> SquareRoot.start(jnp.zeros(1), 4.0 * jnp.eye(1), Euclidean(("x",))).factor.tolist()
+        [[2.0]]
+    """
+
+    mean: Float[Array, " size"]
+    factor: Float[Array, "dof dof"]
+    space: AbstractSpace
+
+    @classmethod
+    def start(cls, mean: Float[Array, " size"], cov: Float[Array, "dof dof"], space: AbstractSpace) -> Self:
+        return cls(mean, root(cov)[0], space)
+
+    @property
+    def cov(self) -> Float[Array, "dof dof"]:
+        return self.factor @ self.factor.T
+
+    def push(self, affine: Affine) -> Self:
+        noise, _ = affine.root()
+        factor = triangularize(jnp.concatenate([affine.matrix @ self.factor, noise], axis=1))
+        return type(self)(affine.predict(self.mean), factor, affine.outer)
+
+    def condition(
+        self,
+        affine: Affine,
+        y: Float[Array, " out_size"],
+        seen: Bool[Array, " out"],
+        *,
+        gain: Float[Array, "dof out"] | None = None,
+    ) -> tuple[Self, Innovation]:
+        noise, valid = affine.root()
+        m, n = affine.matrix.shape
+        moved = affine.matrix @ self.factor
+        beneath = jnp.zeros((n, noise.shape[1]), noise.dtype)
+        array = triangularize(jnp.block([[moved, noise], [self.factor, beneath]]))
+        lower = array[:m, :m]
+        residual = residual_of(affine, self.mean, y, seen)
+        whitened = solve_lower(lower, residual)
+        positive = valid & jnp.all(jnp.diagonal(lower) > 0)
+        innovation = Innovation(residual, lower, whitened, seen, positive)
+        if gain is None:
+            correction, factor = array[m:, :m] @ whitened, array[m:, m:]
+        else:
+            correction = gain @ residual
+            factor = triangularize(jnp.concatenate([self.factor - gain @ moved, gain @ noise], axis=1))
+        return type(self)(self.space.plus(self.mean, correction), factor, self.space), innovation
+
+    def plus_noise(self, cov: Float[Array, "dof dof"]) -> Self:
+        factor = triangularize(jnp.concatenate([self.factor, root(cov)[0]], axis=1))
+        return type(self)(self.mean, factor, self.space)
+
+    def revise(self, affine: Affine, future: Self) -> Self:
+        noise, _ = affine.root()
+        moved = affine.matrix @ self.factor
+        lower = triangularize(jnp.concatenate([moved, noise], axis=1))
+        gain = solve_lower_transposed(lower, solve_lower(lower, moved @ self.factor.T)).T
+        shift = gain @ affine.outer.minus(future.mean, affine.predict(self.mean))
+        columns = [self.factor - gain @ moved, gain @ noise, gain @ future.factor]
+        return type(self)(self.space.plus(self.mean, shift), triangularize(jnp.concatenate(columns, axis=1)), self.space)

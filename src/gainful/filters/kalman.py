@@ -1,0 +1,121 @@
+"""The one filter."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from ..errors import Status
+from ..estimates import AbstractEstimate, Gaussian
+from ..linearization import AbstractLinearization, Taylor
+from ..models import AbstractModel, Sample
+from ..noise import AbstractNoise, Nominal
+from ..updates import AbstractUpdate, Exact, Likelihood
+from .base import AbstractEstimator, Info
+
+
+class Carry(eqx.Module):
+    """What a filter remembers: its estimate and the memory of its parts."""
+
+    estimate: AbstractEstimate
+    update: Any
+    noise: Any
+
+
+class KalmanFilter(AbstractEstimator):
+    """Predict over the interval, then update with what was measured at its end.
+
+    A choice of four parts; every named filter is one.
+
+    Attributes:
+        linearization: of the transition and, unless told otherwise, of the measurement.
+        update: how strongly a measurement counts.
+        noise: what Q and R are now.
+        estimate: the coordinates of the estimate, `Gaussian` or `SquareRoot`.
+
+    A step whose prediction or update is not finite, or whose innovation covariance is not positive definite, keeps the
+    last good estimate and says so in its status.
+
+    Example:
+        >>> from gainful.linearization import SigmaPoints
+        >>> KalmanFilter(linearization=SigmaPoints()).estimate.__name__
+        'Gaussian'
+    """
+
+    linearization: AbstractLinearization = Taylor()
+    update: AbstractUpdate = Exact()
+    noise: AbstractNoise = Nominal()
+    estimate: type[AbstractEstimate] = eqx.field(static=True, default=Gaussian)
+
+    def init(self, model: AbstractModel, prior: AbstractEstimate) -> Carry:
+        start = self.estimate.start(prior.mean, prior.cov, model.space)
+        return Carry(start, self.update.init(model), self.noise.init(model))
+
+    def predict(self, model: AbstractModel, carry: Carry, sample: Sample) -> AbstractEstimate:
+        """The estimate at the end of the interval, before its measurement."""
+        return carry.estimate.push(transition_map(self, model, carry, sample))
+
+    def step(self, model: AbstractModel, carry: Carry, sample: Sample) -> tuple[Carry, Info]:
+        when, last = sample.when, carry.estimate
+        moved = self.predict(model, carry, sample)
+        # Without an interval the prediction is the estimate itself, to the last bit.
+        prior = jax.tree.map(lambda new, old: jnp.where(when.dt > 0, new, old), moved, last)
+        noise = self.noise.measurement(carry.noise, model.measurement_noise(prior.mean, when))
+        likelihood = Likelihood(
+            lambda x: model.observe(x, when), model.output, noise, sample.seen, model.sensors, self.linearization
+        )
+        memory, update = self.update(carry.update, prior, likelihood, sample.y)
+        innovation, posterior = update.innovation, update.posterior
+        predicted = _finite(prior)
+        usable = innovation.positive & predicted & _finite(posterior)
+        measured = jnp.any(sample.seen)
+        estimate = jax.tree.map(
+            lambda new, middle, old: jnp.where(usable & measured, new, jnp.where(predicted, middle, old)),
+            posterior,
+            prior,
+            last,
+        )
+        status = jnp.where(
+            ~predicted,
+            Status.nonfinite,
+            jnp.where(
+                ~measured,
+                Status.missing,
+                jnp.where(
+                    ~innovation.positive,
+                    Status.not_positive,
+                    jnp.where(~usable, Status.nonfinite, jnp.where(jnp.any(update.weight > 0), Status.ok, Status.rejected)),
+                ),
+            ),
+        ).astype(jnp.int32)
+        learned = jax.tree.map(
+            lambda new, old: jnp.where(usable, new, old),
+            (memory, self.noise.learn(carry.noise, update)),
+            (carry.update, carry.noise),
+        )
+        info = Info(
+            estimate,
+            innovation.residual,
+            innovation.cov,
+            innovation.nis,
+            innovation.log_likelihood,
+            update.weight,
+            sample.seen,
+            status,
+        )
+        return Carry(estimate, *learned), info
+
+
+def transition_map(estimator: KalmanFilter, model: AbstractModel, carry: Carry, sample: Sample) -> Any:
+    """The affine map that leads from the last estimate to the prediction, with the process noise of the interval."""
+    when = sample.when
+    affine = estimator.linearization(lambda x: model.transition(x, when), carry.estimate, model.space)
+    return affine.plus_noise(estimator.noise.process(carry.noise, model.process_noise(carry.estimate.mean, when)))
+
+
+def _finite(estimate: AbstractEstimate) -> jax.Array:
+    flags = [jnp.all(jnp.isfinite(leaf)) for leaf in jax.tree.leaves(estimate)]
+    return jnp.all(jnp.stack(flags))

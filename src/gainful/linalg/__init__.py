@@ -1,0 +1,18 @@
+"""Small dense linear algebra that stays valid for semi-definite matrices and compiles to few operations."""
+
+from .checks import check_covariance
+from .psd import root, solve_lower, solve_lower_transposed, symmetrize
+from .stats import chi_square_quantile, gaussian_log_density
+from .triangular import downdate, triangularize
+
+__all__ = [
+    "check_covariance",
+    "chi_square_quantile",
+    "downdate",
+    "gaussian_log_density",
+    "root",
+    "solve_lower",
+    "solve_lower_transposed",
+    "symmetrize",
+    "triangularize",
+]

@@ -1,0 +1,64 @@
+"""Orthogonal triangularisation and rank-one downdates: the square-root filters' two tools."""
+
+from __future__ import annotations
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float
+
+from .psd import UNROLL_LIMIT
+
+
+def triangularize(columns: Float[Array, "n k"]) -> Float[Array, "n n"]:
+    """Lower-triangular `L` with `L L^T = M M^T`, diagonal non-negative, by Householder reflections of the rows.
+
+    Never forms `M M^T`, so it keeps the digits that squaring would lose. Put the columns of larger size first: the
+    reflections then keep small entries of later columns to full relative accuracy.
+    """
+    n, k = columns.shape
+    if k < n:
+        columns = jnp.concatenate([columns, jnp.zeros((n, n - k), columns.dtype)], axis=1)
+        k = n
+    if n > UNROLL_LIMIT:
+        lower = jnp.linalg.qr(columns.T, mode="r").T
+        return lower * jnp.where(jnp.diagonal(lower) < 0, -1.0, 1.0)
+    rest, out = columns, []
+    for j in range(n):
+        # Reflect the first remaining row onto the first axis, then take that axis out of the rows below. A row already
+        # zero takes no axis out: its column of L is zero, as in `root`.
+        row = rest[0]
+        square = row @ row
+        present = square > 0
+        norm = jnp.where(present, jnp.sqrt(jnp.where(present, square, 1.0)), 0.0)
+        sign = jnp.where(row[0] < 0, -1.0, 1.0).astype(rest.dtype)
+        mirror = row.at[0].add(sign * norm)
+        length = norm * (norm + jnp.abs(row[0]))
+        weight = jnp.where(present, 1.0 / jnp.where(present, length, 1.0), 0.0)
+        below = rest[1:]
+        below = below - (weight * (below @ mirror))[:, None] * mirror[None, :]
+        taken = jnp.where(present, -sign * below[:, 0], 0.0)
+        out.append(jnp.concatenate([jnp.zeros(j, rest.dtype), norm[None], taken]))
+        rest = below.at[:, 0].set(jnp.where(present, 0.0, below[:, 0]))
+    return jnp.stack(out, axis=1)
+
+
+def downdate(lower: Float[Array, "n n"], column: Float[Array, " n"]) -> tuple[Float[Array, "n n"], Bool[Array, ""]]:
+    """Lower-triangular root of `L L^T - c c^T`, and whether that matrix is positive semi-definite.
+
+    Source: Gill, Golub, Murray and Saunders (1974), Math. Comp. 28(126):505-535, hyperbolic rotations.
+    """
+    n = lower.shape[0]
+    valid = jnp.array(True)
+    columns, rest = [], column
+    for j in range(n):
+        pivot, x = lower[j, j], rest[j]
+        square = (pivot - x) * (pivot + x)
+        positive = square > 0
+        valid &= positive | (x == 0)
+        new = jnp.sqrt(jnp.where(positive, square, 1.0))
+        cosine = jnp.where(positive, new / jnp.where(positive, pivot, 1.0), 1.0)
+        sine = jnp.where(positive, x / jnp.where(positive, pivot, 1.0), 0.0)
+        changed = (lower[:, j] - sine * rest) / cosine
+        rest = cosine * rest - sine * changed
+        columns.append(jnp.where(jnp.arange(n) >= j, changed, 0.0))
+    return jax.tree.map(lambda new, old: jnp.where(valid, new, old), jnp.stack(columns, axis=1), lower), valid

@@ -1,0 +1,74 @@
+"""Statistical linear regression over sigma points: no Jacobian."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..estimates import AbstractEstimate, Affine
+from ..linalg import solve_lower_transposed
+from ..spaces import AbstractSpace
+from .base import AbstractLinearization
+from .rules import AbstractRule, Unscented
+
+_MEAN_ITERATIONS = 4
+"""The mean on a curved space converges quadratically for points within a right angle of each other."""
+
+
+class SigmaPoints(AbstractLinearization):
+    """The affine map with the least mean squared error over the estimate, and that error's covariance.
+
+    ```
+    x_i = m [+] L xi_i;  y_i = f(x_i);  value = mean of y_i;  A = cov(y, x) P^-1;  error = cov(y - A x)
+    ```
+
+    The choice behind the unscented, cubature and Gauss-Hermite filters: `A P A^T + error` is the sigma-point covariance
+    of `f`, and conditioning on the map is the sigma-point update.
+
+    Attributes:
+        rule: where the points lie.
+
+    Source: Lefebvre, Bruyninckx and De Schutter (2002), IEEE Trans. Autom. Control 47(8):1406-1408.
+    Reduces to: `Taylor` for affine functions.
+    """
+
+    rule: AbstractRule = Unscented()
+
+    def __call__(
+        self,
+        fn: Callable[[Float[Array, " in_size"]], Float[Array, " out_size"]],
+        estimate: AbstractEstimate,
+        out_space: AbstractSpace,
+    ) -> Affine:
+        at, space, factor = estimate.mean, estimate.space, estimate.factor
+        unit, mean_weights, cov_weights = self.rule.points(space.dof)
+        xi = jnp.asarray(unit, at.dtype)
+        points = jax.vmap(space.plus, in_axes=(None, 1))(at, factor @ xi)
+        images = jax.vmap(fn)(points)
+        value, spread = _mean_and_spread(images, mean_weights, out_space)
+        # cov(y, x) = M L^T with M = sum w y_i xi_i^T, so A = M L^-1 and no covariance is inverted.
+        slope = spread @ jnp.asarray(unit.T * cov_weights[:, None], at.dtype)
+        matrix = solve_lower_transposed(factor, slope.T).T
+        left = spread - slope @ xi
+        negative = cov_weights < 0
+        weights = jnp.asarray(np.sqrt(np.abs(cov_weights)), at.dtype)
+        error = (left * weights)[:, np.flatnonzero(~negative & (cov_weights != 0))]
+        deficit = (left * weights)[:, np.flatnonzero(negative)]
+        noise = jnp.zeros((out_space.dof, out_space.dof), at.dtype)
+        return Affine(value, matrix, at, noise, error, deficit, space, out_space)
+
+
+def _mean_and_spread(
+    images: Float[Array, "k size"], weights: np.ndarray, space: AbstractSpace
+) -> tuple[Float[Array, " size"], Float[Array, "dof k"]]:
+    """The weighted mean in the space, and how each point differs from it."""
+    w = jnp.asarray(weights, images.dtype)
+    mean = images[0]
+    for _ in range(_MEAN_ITERATIONS if space.curved else 1):
+        away = jax.vmap(space.minus, in_axes=(0, None))(images, mean)
+        mean = space.plus(mean, w @ away)
+    return mean, jax.vmap(space.minus, in_axes=(0, None), out_axes=1)(images, mean)

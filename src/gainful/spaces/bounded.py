@@ -1,0 +1,96 @@
+"""Numbers that keep to bounds: stored as themselves, moved and compared in coordinates without bounds.
+
+The estimate of a bounded parameter can never leave its range, and its interval is lopsided near a bound, as it should be.
+Covariances are in the unbounded coordinate: for `Positive` that is the logarithm, so a small sigma is a relative error.
+"""
+
+from __future__ import annotations
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from .base import AbstractSpace
+
+
+class Positive(AbstractSpace):
+    """A number above zero, with `minus(y, x) = log(y / x)`.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> float(Positive("mass", "kg").plus(jnp.array([2.0]), jnp.array([0.0]))[0])
+        2.0
+    """
+
+    names: tuple[str, ...] = eqx.field(static=True)
+    units: tuple[str, ...] = eqx.field(static=True)
+    tangent_names: tuple[str, ...] = eqx.field(static=True)
+    tangent_units: tuple[str, ...] = eqx.field(static=True)
+
+    def __init__(self, name: str, unit: str = "1") -> None:
+        self.names, self.units = (name,), (unit,)
+        self.tangent_names, self.tangent_units = (f"log({name})",), ("1",)
+
+    @property
+    def curved(self) -> bool:
+        return False
+
+    @property
+    def parts(self) -> tuple[AbstractSpace, ...]:
+        return (self,)
+
+    def plus(self, x: Float[Array, "1"], d: Float[Array, "1"]) -> Float[Array, "1"]:
+        return x * jnp.exp(d)
+
+    def minus(self, y: Float[Array, "1"], x: Float[Array, "1"]) -> Float[Array, "1"]:
+        return jnp.log(y / x)
+
+    def defect(self, x: Float[Array, "1"]) -> Float[Array, "1"]:
+        return jnp.where(x > 0, 0.0, x - 1.0)
+
+
+class Interval(AbstractSpace):
+    """A number between two bounds, with `minus(y, x) = logit(y) - logit(x)` over the interval.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> float(Interval("efficiency", 0.0, 1.0).plus(jnp.array([0.5]), jnp.array([1e9]))[0]) <= 1.0
+        True
+    """
+
+    names: tuple[str, ...] = eqx.field(static=True)
+    units: tuple[str, ...] = eqx.field(static=True)
+    tangent_names: tuple[str, ...] = eqx.field(static=True)
+    tangent_units: tuple[str, ...] = eqx.field(static=True)
+    lower: float = eqx.field(static=True)
+    upper: float = eqx.field(static=True)
+
+    def __init__(self, name: str, lower: float, upper: float, unit: str = "1") -> None:
+        if not lower < upper:
+            raise ValueError(f"interval of {name!r}: expected lower < upper, got {lower} and {upper}")
+        self.names, self.units = (name,), (unit,)
+        self.tangent_names, self.tangent_units = (f"logit({name})",), ("1",)
+        self.lower, self.upper = float(lower), float(upper)
+
+    @property
+    def curved(self) -> bool:
+        return False
+
+    @property
+    def parts(self) -> tuple[AbstractSpace, ...]:
+        return (self,)
+
+    def _logit(self, x: Float[Array, "1"]) -> Float[Array, "1"]:
+        tiny = jnp.finfo(x.dtype).eps * (self.upper - self.lower)
+        return jnp.log(jnp.maximum(x - self.lower, tiny)) - jnp.log(jnp.maximum(self.upper - x, tiny))
+
+    def plus(self, x: Float[Array, "1"], d: Float[Array, "1"]) -> Float[Array, "1"]:
+        share = 1.0 / (1.0 + jnp.exp(-jnp.clip(self._logit(x) + d, -40.0, 40.0)))
+        return self.lower + (self.upper - self.lower) * share
+
+    def minus(self, y: Float[Array, "1"], x: Float[Array, "1"]) -> Float[Array, "1"]:
+        return self._logit(y) - self._logit(x)
+
+    def defect(self, x: Float[Array, "1"]) -> Float[Array, "1"]:
+        inside = (x > self.lower) & (x < self.upper)
+        return jnp.where(inside, 0.0, x - 0.5 * (self.lower + self.upper))

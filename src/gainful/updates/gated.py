@@ -1,0 +1,73 @@
+"""Refusing measurements that are too far off, without losing track for good."""
+
+from __future__ import annotations
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Int
+
+from ..errors import ConfigError
+from ..estimates import AbstractEstimate
+from ..linalg import chi_square_quantile, root, solve_lower
+from ..models import AbstractModel
+from .base import AbstractUpdate, Likelihood, Update
+from .exact import Exact
+
+
+class Gated(AbstractUpdate):
+    """Leaves out each sensor whose squared normalised innovation exceeds its chi-square quantile.
+
+    Sensors are judged one by one, each by its own block of the innovation covariance, so that a bad one does not take a
+    good one with it. A sensor refused `reacquire` times in a row is believed the next time: by then it is more likely
+    that the estimate is wrong.
+
+    Attributes:
+        inner: the update of what is left.
+        probability: share of good measurements that pass, below 1.
+        reacquire: rejections in a row before a sensor is believed again; 0 for never.
+
+    Reduces to: `inner` as `probability` goes to 1.
+    Source: Bar-Shalom, Li and Kirubarajan (2001), Estimation with Applications to Tracking and Navigation, 5.4.2.
+    """
+
+    inner: AbstractUpdate = Exact()
+    probability: float = eqx.field(static=True, default=0.999)
+    reacquire: int = eqx.field(static=True, default=10)
+
+    def __check_init__(self) -> None:
+        if not 0 < self.probability <= 1:
+            raise ConfigError(f"probability: expected a number above 0 and at most 1, got {self.probability!r}")
+        if not isinstance(self.reacquire, int) or self.reacquire < 0:
+            raise ConfigError(f"reacquire: expected a whole number of at least 0, got {self.reacquire!r}")
+
+    def init(self, model: AbstractModel) -> tuple[Int[Array, " sensors"], object]:
+        return jnp.zeros(len(model.sensors), jnp.int32), self.inner.init(model)
+
+    def __call__(
+        self,
+        carry: tuple[Int[Array, " sensors"], object],
+        prior: AbstractEstimate,
+        likelihood: Likelihood,
+        y: Float[Array, " output_size"],
+    ) -> tuple[tuple[Int[Array, " sensors"], object], Update]:
+        refused, memory = carry
+        _, innovation = prior.condition(likelihood.affine(prior), y, likelihood.seen)
+        cov = innovation.cov
+        passed, counts, start = [], [], 0
+        for i, (_, dof) in enumerate(likelihood.sensors):
+            block = slice(start, start + dof)
+            seen = likelihood.seen[block]
+            lower, _ = root(cov[block, block])
+            distance = jnp.sum(solve_lower(lower, innovation.residual[block]) ** 2)
+            # At probability 1 the quantile is infinite, and everything passes.
+            limit = jnp.asarray(chi_square_quantile(self.probability, dof), distance.dtype)[jnp.sum(seen)]
+            inside = distance <= limit
+            if self.reacquire:
+                inside |= refused[i] >= self.reacquire
+            counts.append(jnp.where(jnp.any(seen), jnp.where(inside, 0, refused[i] + 1), refused[i]))
+            passed.append(jnp.broadcast_to(inside, (dof,)))
+            start += dof
+        memory, update = self.inner(memory, prior, likelihood.only(jnp.concatenate(passed)), y)
+        # What was refused is still reported: the innovation of everything measured, with weight 0 where left out.
+        update = eqx.tree_at(lambda part: part.innovation, update, innovation)
+        return (jnp.stack(counts).astype(jnp.int32), memory), update
