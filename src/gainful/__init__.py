@@ -7,6 +7,7 @@ import jax as _jax
 if _os.environ.get("GAINFUL_X64", "1") != "0":
     _jax.config.update("jax_enable_x64", True)
 
+from .diagnostics import observability, verdict
 from .estimates import Gaussian, SquareRoot
 from .filters import (
     KalmanFilter,
@@ -16,10 +17,23 @@ from .filters import (
     kalman_filter,
     unscented_kalman_filter,
 )
+from .io import Column, LocalFrame, Source, read_log
 from .linearization import Cubature, GaussHermite, SigmaPoints, Taylor, Unscented
 from .models import augment, continuous_model, discrete_model, linear_model, sensor
 from .noise import Nominal
-from .running import Log, Result, draw_log, make_log, make_prior, run, run_many, samples_of, scan, smooth
+from .running import (
+    Log,
+    Result,
+    draw_log,
+    log_likelihood,
+    make_log,
+    make_prior,
+    run,
+    run_many,
+    samples_of,
+    scan,
+    smooth,
+)
 from .updates import Exact, Gated, Iterated
 
 __version__ = "0.1.0"

@@ -17,22 +17,24 @@ class Innovation(eqx.Module):
 
     Attributes:
         residual: measured minus expected, zero where unseen (m,).
-        lower: root of its covariance (m, m).
-        whitened: `lower^-1 residual` (m,).
+        cov: its covariance (m, m).
+        lower: root of the covariance (m, m).
+        inverse: inverse of the root, which whitens (m, m).
         seen: which components count (m,).
         positive: whether the covariance is positive definite.
     """
 
     residual: Float[Array, " m"]
+    cov: Float[Array, "m m"]
     lower: Float[Array, "m m"]
-    whitened: Float[Array, " m"]
+    inverse: Float[Array, "m m"]
     seen: Bool[Array, " m"]
     positive: Bool[Array, ""]
 
     @property
-    def cov(self) -> Float[Array, "m m"]:
-        """Covariance of the residual."""
-        return self.lower @ self.lower.T
+    def whitened(self) -> Float[Array, " m"]:
+        """The residual in uncorrelated units of one sigma (m,)."""
+        return self.inverse @ self.residual
 
     @property
     def nis(self) -> Float[Array, ""]:
@@ -64,6 +66,11 @@ class AbstractEstimate(eqx.Module):
     @abc.abstractmethod
     def start(cls, mean: Float[Array, " size"], cov: Float[Array, "dof dof"], space: AbstractSpace) -> Self:
         """The estimate with this mean and covariance."""
+
+    @property
+    @abc.abstractmethod
+    def roots(self) -> tuple[Float[Array, "dof dof"], Float[Array, "dof dof"]]:
+        """The lower-triangular root of the covariance and its inverse, with zero rows where the root is singular."""
 
     @abc.abstractmethod
     def push(self, affine: Affine) -> Self:

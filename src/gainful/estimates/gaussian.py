@@ -7,7 +7,7 @@ from typing import Self
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from ..linalg import root, solve_lower, solve_lower_transposed, symmetrize
+from ..linalg import root_and_inverse, symmetrize
 from ..spaces import AbstractSpace
 from .affine import Affine
 from .base import AbstractEstimate, Innovation, residual_of
@@ -45,7 +45,12 @@ class Gaussian(AbstractEstimate):
 
     @property
     def factor(self) -> Float[Array, "dof dof"]:
-        return root(self.cov)[0]
+        return self.roots[0]
+
+    @property
+    def roots(self) -> tuple[Float[Array, "dof dof"], Float[Array, "dof dof"]]:
+        lower, inverse, _ = root_and_inverse(self.cov)
+        return lower, inverse
 
     def push(self, affine: Affine) -> Self:
         cov = affine.matrix @ self.cov @ affine.matrix.T + affine.covariance()
@@ -61,12 +66,12 @@ class Gaussian(AbstractEstimate):
     ) -> tuple[Self, Innovation]:
         cross = affine.matrix @ self.cov
         noise = affine.covariance()
-        lower, _ = root(symmetrize(cross @ affine.matrix.T + noise))
+        spread = symmetrize(cross @ affine.matrix.T + noise)
+        lower, inverse, _ = root_and_inverse(spread)
         residual = residual_of(affine, self.mean, y, seen)
-        whitened = solve_lower(lower, residual)
-        innovation = Innovation(residual, lower, whitened, seen, jnp.all(jnp.diagonal(lower) > 0))
+        innovation = Innovation(residual, spread, lower, inverse, seen, jnp.all(jnp.diagonal(lower) > 0))
         if gain is None:
-            gain = solve_lower_transposed(lower, solve_lower(lower, cross)).T
+            gain = (inverse @ cross).T @ inverse
         keep = jnp.eye(self.cov.shape[0], dtype=self.cov.dtype) - gain @ affine.matrix
         cov = keep @ self.cov @ keep.T + gain @ noise @ gain.T
         return type(self)(self.space.plus(self.mean, gain @ residual), symmetrize(cov), self.space), innovation
@@ -77,8 +82,8 @@ class Gaussian(AbstractEstimate):
     def revise(self, affine: Affine, future: Self) -> Self:
         noise = affine.covariance()
         cross = affine.matrix @ self.cov
-        lower, _ = root(symmetrize(cross @ affine.matrix.T + noise))
-        gain = solve_lower_transposed(lower, solve_lower(lower, cross)).T
+        _, inverse, _ = root_and_inverse(symmetrize(cross @ affine.matrix.T + noise))
+        gain = (inverse @ cross).T @ inverse
         keep = jnp.eye(self.cov.shape[0], dtype=self.cov.dtype) - gain @ affine.matrix
         moved = gain @ affine.outer.minus(future.mean, affine.predict(self.mean))
         cov = keep @ self.cov @ keep.T + gain @ (noise + future.cov) @ gain.T

@@ -7,7 +7,7 @@ from typing import Self
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from ..linalg import root, solve_lower, solve_lower_transposed, triangularize
+from ..linalg import inverse_lower, root, triangularize
 from ..spaces import AbstractSpace
 from .affine import Affine
 from .base import AbstractEstimate, Innovation, residual_of
@@ -50,6 +50,10 @@ class SquareRoot(AbstractEstimate):
     def cov(self) -> Float[Array, "dof dof"]:
         return self.factor @ self.factor.T
 
+    @property
+    def roots(self) -> tuple[Float[Array, "dof dof"], Float[Array, "dof dof"]]:
+        return self.factor, inverse_lower(self.factor)
+
     def push(self, affine: Affine) -> Self:
         noise, _ = affine.root()
         factor = triangularize(jnp.concatenate([affine.matrix @ self.factor, noise], axis=1))
@@ -70,11 +74,10 @@ class SquareRoot(AbstractEstimate):
         array = triangularize(jnp.block([[moved, noise], [self.factor, beneath]]))
         lower = array[:m, :m]
         residual = residual_of(affine, self.mean, y, seen)
-        whitened = solve_lower(lower, residual)
         positive = valid & jnp.all(jnp.diagonal(lower) > 0)
-        innovation = Innovation(residual, lower, whitened, seen, positive)
+        innovation = Innovation(residual, lower @ lower.T, lower, inverse_lower(lower), seen, positive)
         if gain is None:
-            correction, factor = array[m:, :m] @ whitened, array[m:, m:]
+            correction, factor = array[m:, :m] @ innovation.whitened, array[m:, m:]
         else:
             correction = gain @ residual
             factor = triangularize(jnp.concatenate([self.factor - gain @ moved, gain @ noise], axis=1))
@@ -88,7 +91,8 @@ class SquareRoot(AbstractEstimate):
         noise, _ = affine.root()
         moved = affine.matrix @ self.factor
         lower = triangularize(jnp.concatenate([moved, noise], axis=1))
-        gain = solve_lower_transposed(lower, solve_lower(lower, moved @ self.factor.T)).T
+        inverse = inverse_lower(lower)
+        gain = self.factor @ (inverse @ moved).T @ inverse
         shift = gain @ affine.outer.minus(future.mean, affine.predict(self.mean))
         columns = [self.factor - gain @ moved, gain @ noise, gain @ future.factor]
         return type(self)(self.space.plus(self.mean, shift), triangularize(jnp.concatenate(columns, axis=1)), self.space)

@@ -6,7 +6,7 @@ import abc
 from typing import Any
 
 import equinox as eqx
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Float, Int
 
 from ..estimates import AbstractEstimate
 from ..models import AbstractModel, Sample
@@ -17,22 +17,22 @@ class Info(eqx.Module):
 
     Attributes:
         estimate: the estimate after the step.
+        memory: what the estimator's parts remember after the step.
         residual: measured minus expected, 0 where unseen (m,).
         residual_cov: covariance of the residual, unit where unseen (m, m).
         nis: normalised innovation squared.
         log_likelihood: log density of the measurement.
         weight: how far each component counted (m,).
-        seen: which components were measured (m,).
         status: a `Status` code.
     """
 
     estimate: AbstractEstimate
+    memory: Any
     residual: Float[Array, " m"]
     residual_cov: Float[Array, "m m"]
     nis: Float[Array, ""]
     log_likelihood: Float[Array, ""]
     weight: Float[Array, " m"]
-    seen: Bool[Array, " m"]
     status: Int[Array, ""]
 
 

@@ -98,12 +98,12 @@ class KalmanFilter(AbstractEstimator):
         )
         info = Info(
             estimate,
+            learned,
             innovation.residual,
             innovation.cov,
             innovation.nis,
             innovation.log_likelihood,
             update.weight,
-            sample.seen,
             status,
         )
         return Carry(estimate, *learned), info
@@ -117,5 +117,4 @@ def transition_map(estimator: KalmanFilter, model: AbstractModel, carry: Carry, 
 
 
 def _finite(estimate: AbstractEstimate) -> jax.Array:
-    flags = [jnp.all(jnp.isfinite(leaf)) for leaf in jax.tree.leaves(estimate)]
-    return jnp.all(jnp.stack(flags))
+    return jnp.all(jnp.isfinite(jnp.concatenate([jnp.ravel(leaf) for leaf in jax.tree.leaves(estimate)])))

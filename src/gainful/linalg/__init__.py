@@ -1,7 +1,7 @@
 """Small dense linear algebra that stays valid for semi-definite matrices and compiles to few operations."""
 
 from .checks import check_covariance
-from .psd import root, solve_lower, solve_lower_transposed, symmetrize
+from .psd import inverse_lower, root, root_and_inverse, symmetrize
 from .stats import chi_square_quantile, gaussian_log_density
 from .triangular import downdate, triangularize
 
@@ -10,9 +10,9 @@ __all__ = [
     "chi_square_quantile",
     "downdate",
     "gaussian_log_density",
+    "inverse_lower",
     "root",
-    "solve_lower",
-    "solve_lower_transposed",
+    "root_and_inverse",
     "symmetrize",
     "triangularize",
 ]

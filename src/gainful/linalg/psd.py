@@ -25,24 +25,36 @@ def root(matrix: Float[Array, "n n"]) -> tuple[Float[Array, "n n"], Bool[Array, 
 
     A pivot below rounding of its own diagonal entry counts as zero, so the decision does not depend on units.
     """
+    lower, _, valid = _eliminate(matrix, inverse=False)
+    return lower, valid
+
+
+def root_and_inverse(
+    matrix: Float[Array, "n n"],
+) -> tuple[Float[Array, "n n"], Float[Array, "n n"], Bool[Array, ""]]:
+    """`L`, `L^-1` (zero rows for zero pivots) and whether `P = L L^T` is positive semi-definite, in one elimination."""
+    return _eliminate(matrix, inverse=True)
+
+
+def _eliminate(matrix: Array, *, inverse: bool) -> tuple[Array, Array, Array]:
+    """Gauss elimination of `[P | I]`, which turns into `[L^T | L^-1]` row by row."""
     n = matrix.shape[0]
     tolerance = 8 * n * jnp.finfo(matrix.dtype).eps * jnp.abs(jnp.diagonal(matrix))
     if n > UNROLL_LIMIT:
-        return _root_lapack(matrix, tolerance)
-    columns = []
-    valid = jnp.array(True)
-    rest = matrix
+        lower, valid = _root_lapack(matrix, tolerance)
+        return lower, inverse_lower(lower) if inverse else lower, valid
+    rest = jnp.concatenate([matrix, jnp.eye(n, dtype=matrix.dtype)], axis=1) if inverse else matrix
+    rows, pivots = [], []
     for j in range(n):
-        pivot = rest[j, j]
+        pivot = rest[0, j]
         positive = pivot > tolerance[j]
-        valid &= pivot >= -tolerance[j]
         scale = jnp.where(positive, jax.lax.rsqrt(jnp.where(positive, pivot, 1.0)), 0.0)
-        column = rest[:, j] * scale
-        column = jnp.where(jnp.arange(n) >= j, column, 0.0)
-        columns.append(column)
-        if j + 1 < n:
-            rest = rest - column[:, None] * column[None, :]
-    return jnp.stack(columns, axis=1), valid
+        row = rest[0] * scale
+        rows.append(row)
+        pivots.append(pivot)
+        rest = rest[1:] - (rest[1:, j] * scale)[:, None] * row[None, :]
+    table = jnp.stack(rows)
+    return jnp.triu(table[:, :n]).T, table[:, n:], jnp.all(jnp.stack(pivots) >= -tolerance)
 
 
 def _root_lapack(
@@ -67,42 +79,20 @@ def _guarded_reciprocal(pivot: Array) -> Array:
     return jnp.where(zero, 0.0, 1.0 / jnp.where(zero, 1.0, pivot))
 
 
-def solve_lower(lower: Float[Array, "n n"], right: Float[Array, "n *k"]) -> Float[Array, "n *k"]:
-    """`L^-1 B` by forward substitution; rows of zero pivots come out zero."""
+def inverse_lower(lower: Float[Array, "n n"]) -> Float[Array, "n n"]:
+    """`L^-1` of a lower-triangular matrix; rows of zero pivots come out zero."""
     n = lower.shape[0]
+    identity = jnp.eye(n, dtype=lower.dtype)
     if n > UNROLL_LIMIT:
-        return _solve_lapack(lower, right, transposed=False)
-    rest, rows = right, []
+        pivots = jnp.diagonal(lower)
+        safe = lower + jnp.diag(jnp.where(pivots == 0, 1.0, 0.0).astype(lower.dtype))
+        inverse = jax.scipy.linalg.solve_triangular(safe, identity, lower=True)
+        return jnp.where((pivots != 0)[:, None] & (pivots != 0)[None, :], inverse, 0.0)
+    rest, rows = identity, []
     for j in range(n):
-        row = rest[j] * _guarded_reciprocal(lower[j, j])
+        pivot = lower[j, j]
+        zero = pivot == 0
+        row = rest[0] * jnp.where(zero, 0.0, 1.0 / jnp.where(zero, 1.0, pivot))
         rows.append(row)
-        if j + 1 < n:
-            rest = rest - _outer(lower[:, j], row)
+        rest = rest[1:] - lower[j + 1 :, j, None] * row[None, :]
     return jnp.stack(rows)
-
-
-def solve_lower_transposed(lower: Float[Array, "n n"], right: Float[Array, "n *k"]) -> Float[Array, "n *k"]:
-    """`L^-T B` by back substitution; rows of zero pivots come out zero."""
-    n = lower.shape[0]
-    if n > UNROLL_LIMIT:
-        return _solve_lapack(lower, right, transposed=True)
-    rest, rows = right, [right[0]] * n
-    for j in reversed(range(n)):
-        row = rest[j] * _guarded_reciprocal(lower[j, j])
-        rows[j] = row
-        if j:
-            rest = rest - _outer(lower[j, :], row)
-    return jnp.stack(rows)
-
-
-def _outer(column: Array, row: Array) -> Array:
-    return column * row if row.ndim == 0 else column[:, None] * row[None, :]
-
-
-def _solve_lapack(lower: Array, right: Array, *, transposed: bool) -> Array:
-    pivots = jnp.diagonal(lower)
-    safe = lower + jnp.diag(jnp.where(pivots == 0, 1.0, 0.0).astype(lower.dtype))
-    mask = (pivots != 0).reshape((-1,) + (1,) * (right.ndim - 1))
-    flat = jnp.where(mask, right, 0.0).reshape(lower.shape[0], -1)
-    solved = jax.scipy.linalg.solve_triangular(safe, flat, lower=True, trans=1 if transposed else 0)
-    return jnp.where(mask, solved.reshape(right.shape), 0.0)

@@ -23,6 +23,7 @@ def triangularize(columns: Float[Array, "n k"]) -> Float[Array, "n n"]:
         lower = jnp.linalg.qr(columns.T, mode="r").T
         return lower * jnp.where(jnp.diagonal(lower) < 0, -1.0, 1.0)
     rest, out = columns, []
+    first = jnp.arange(k) == 0
     for j in range(n):
         # Reflect the first remaining row onto the first axis, then take that axis out of the rows below. A row already
         # zero takes no axis out: its column of L is zero, as in `root`.
@@ -31,14 +32,14 @@ def triangularize(columns: Float[Array, "n k"]) -> Float[Array, "n n"]:
         present = square > 0
         norm = jnp.where(present, jnp.sqrt(jnp.where(present, square, 1.0)), 0.0)
         sign = jnp.where(row[0] < 0, -1.0, 1.0).astype(rest.dtype)
-        mirror = row.at[0].add(sign * norm)
+        mirror = row + jnp.where(first, sign * norm, 0.0)
         length = norm * (norm + jnp.abs(row[0]))
         weight = jnp.where(present, 1.0 / jnp.where(present, length, 1.0), 0.0)
         below = rest[1:]
         below = below - (weight * (below @ mirror))[:, None] * mirror[None, :]
         taken = jnp.where(present, -sign * below[:, 0], 0.0)
         out.append(jnp.concatenate([jnp.zeros(j, rest.dtype), norm[None], taken]))
-        rest = below.at[:, 0].set(jnp.where(present, 0.0, below[:, 0]))
+        rest = jnp.where(first & present, 0.0, below)
     return jnp.stack(out, axis=1)
 
 

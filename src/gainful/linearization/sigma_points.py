@@ -10,7 +10,6 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..estimates import AbstractEstimate, Affine
-from ..linalg import solve_lower_transposed
 from ..spaces import AbstractSpace
 from .base import AbstractLinearization
 from .rules import AbstractRule, Unscented
@@ -44,7 +43,8 @@ class SigmaPoints(AbstractLinearization):
         estimate: AbstractEstimate,
         out_space: AbstractSpace,
     ) -> Affine:
-        at, space, factor = estimate.mean, estimate.space, estimate.factor
+        at, space = estimate.mean, estimate.space
+        factor, inverse = estimate.roots
         unit, mean_weights, cov_weights = self.rule.points(space.dof)
         xi = jnp.asarray(unit, at.dtype)
         points = jax.vmap(space.plus, in_axes=(None, 1))(at, factor @ xi)
@@ -52,7 +52,7 @@ class SigmaPoints(AbstractLinearization):
         value, spread = _mean_and_spread(images, mean_weights, out_space)
         # cov(y, x) = M L^T with M = sum w y_i xi_i^T, so A = M L^-1 and no covariance is inverted.
         slope = spread @ jnp.asarray(unit.T * cov_weights[:, None], at.dtype)
-        matrix = solve_lower_transposed(factor, slope.T).T
+        matrix = slope @ inverse
         left = spread - slope @ xi
         negative = cov_weights < 0
         weights = jnp.asarray(np.sqrt(np.abs(cov_weights)), at.dtype)

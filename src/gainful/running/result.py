@@ -38,6 +38,7 @@ class Result:
         prior: the estimate before the first row.
         log: the record.
         estimates: all estimates, stacked along time.
+        memories: what the estimator's parts remembered after each row.
         residual: measured minus expected, 0 where unseen (T, m).
         residual_cov: covariance of the residuals (T, m, m).
         nis: normalised innovation squared (T,).
@@ -54,6 +55,7 @@ class Result:
     prior: AbstractEstimate
     log: Log
     estimates: AbstractEstimate
+    memories: Any
     residual: np.ndarray
     residual_cov: np.ndarray
     nis: np.ndarray

@@ -96,10 +96,12 @@ def run(
     seconds = time.perf_counter() - begin
     if progress is not None:
         progress(len(data))
-    arrays = {f.name: np.asarray(getattr(infos, f.name)) for f in dataclasses.fields(Info) if f.name != "estimate"}
-    arrays.pop("seen")
+    trees = ("estimate", "memory")
+    arrays = {f.name: np.asarray(getattr(infos, f.name)) for f in dataclasses.fields(Info) if f.name not in trees}
     timing = Timing(compile_seconds, seconds - compile_seconds)
-    result = Result(estimator, model, prior, data, infos.estimate, **arrays, timing=timing, warnings=warnings)
+    result = Result(
+        estimator, model, prior, data, infos.estimate, infos.memory, **arrays, timing=timing, warnings=warnings
+    )
     if throw:
         raise_failure(result)
     return result

@@ -7,10 +7,11 @@ import time
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 
 from ..errors import ModelError
 from ..estimates import AbstractEstimate
-from ..filters import KalmanFilter
+from ..filters import Carry, KalmanFilter
 from ..filters.kalman import transition_map
 from ..models import AbstractModel, Sample
 from .compiled import compiled_call
@@ -26,7 +27,7 @@ def smooth(result: Result) -> Result:
     P_s = (I - G A) P (I - G A)^T + G (N + P_s,next) G^T
     ```
 
-    The filter is run once more, so that the maps between neighbours are those it used, noise law and all.
+    The maps between neighbours are formed again from the filter's estimates and its noise law's memory.
 
     Args:
         result: of a filter.
@@ -44,30 +45,26 @@ def smooth(result: Result) -> Result:
         raise ModelError("smooth: the result is smoothed already")
     samples = samples_of(result.log, result.prior.mean.dtype)
     begin = time.perf_counter()
-    estimates, compile_seconds = compiled_call(
-        _smooth, (result.estimator, result.model), result.prior, samples
-    )
+    parts = (result.estimator, result.model)
+    estimates, compile_seconds = compiled_call(_smooth, parts, (result.estimates, result.memories), samples)
     estimates = jax.block_until_ready(estimates)
     timing = Timing(compile_seconds, time.perf_counter() - begin - compile_seconds)
     return dataclasses.replace(result, estimates=estimates, timing=timing, filtered=result)
 
 
-def _smooth(parts: tuple[KalmanFilter, AbstractModel], prior: AbstractEstimate, samples: Sample) -> AbstractEstimate:
+def _smooth(
+    parts: tuple[KalmanFilter, AbstractModel], filtered: tuple[AbstractEstimate, Any], samples: Sample
+) -> AbstractEstimate:
     estimator, model = parts
 
-    def forward(carry: Any, sample: Sample) -> tuple[Any, Any]:
-        affine = transition_map(estimator, model, carry, sample)
-        carry, _ = estimator.step(model, carry, sample)
-        return carry, (carry.estimate, affine)
-
-    def backward(future: AbstractEstimate, pair: Any) -> tuple[AbstractEstimate, AbstractEstimate]:
-        estimate, affine = pair
+    def backward(future: AbstractEstimate, row: tuple[AbstractEstimate, Any, Sample]) -> tuple[Any, Any]:
+        estimate, memory, following = row
+        affine = transition_map(estimator, model, Carry(estimate, *memory), following)
         revised = estimate.revise(affine, future)
         return revised, revised
 
-    carry, (filtered, maps) = jax.lax.scan(forward, estimator.init(model, prior), samples)
-    # The map stored with row k leads to row k from row k - 1.
-    earlier = jax.tree.map(lambda values: values[:-1], filtered)
-    later = jax.tree.map(lambda values: values[1:], maps)
-    _, smoothed = jax.lax.scan(backward, carry.estimate, (earlier, later), reverse=True)
-    return jax.tree.map(lambda body, last: jax.numpy.concatenate([body, last[None]]), smoothed, carry.estimate)
+    last = jax.tree.map(lambda values: values[-1], filtered[0])
+    estimates, memories = jax.tree.map(lambda values: values[:-1], filtered)
+    following = jax.tree.map(lambda values: values[1:], samples)
+    _, smoothed = jax.lax.scan(backward, last, (estimates, memories, following), reverse=True)
+    return jax.tree.map(lambda body, end: jnp.concatenate([body, end[None]]), smoothed, last)

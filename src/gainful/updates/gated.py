@@ -8,7 +8,7 @@ from jaxtyping import Array, Float, Int
 
 from ..errors import ConfigError
 from ..estimates import AbstractEstimate
-from ..linalg import chi_square_quantile, root, solve_lower
+from ..linalg import chi_square_quantile, root_and_inverse
 from ..models import AbstractModel
 from .base import AbstractUpdate, Likelihood, Update
 from .exact import Exact
@@ -52,13 +52,12 @@ class Gated(AbstractUpdate):
     ) -> tuple[tuple[Int[Array, " sensors"], object], Update]:
         refused, memory = carry
         _, innovation = prior.condition(likelihood.affine(prior), y, likelihood.seen)
-        cov = innovation.cov
         passed, counts, start = [], [], 0
         for i, (_, dof) in enumerate(likelihood.sensors):
             block = slice(start, start + dof)
             seen = likelihood.seen[block]
-            lower, _ = root(cov[block, block])
-            distance = jnp.sum(solve_lower(lower, innovation.residual[block]) ** 2)
+            _, whiten, _ = root_and_inverse(innovation.cov[block, block])
+            distance = jnp.sum((whiten @ innovation.residual[block]) ** 2)
             # At probability 1 the quantile is infinite, and everything passes.
             limit = jnp.asarray(chi_square_quantile(self.probability, dof), distance.dtype)[jnp.sum(seen)]
             inside = distance <= limit

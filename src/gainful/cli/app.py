@@ -1,0 +1,97 @@
+"""The commands."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from .. import __version__
+from ..errors import ConfigError, GainfulError
+from ..jobs import EstimateJob, estimate, write_starter
+from .summary import print_summary
+
+PROGRESS_ROWS = 50_000
+"""Records longer than this get a progress bar."""
+
+app = typer.Typer(
+    name="gainful",
+    help="States, parameters and faults from logs, with honest uncertainty.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+_error = Console(stderr=True)
+
+
+def _version(show: bool) -> None:
+    if show:
+        typer.echo(f"gainful {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and leave.")
+    ] = False,
+) -> None:
+    """States, parameters and faults from logs, with honest uncertainty."""
+
+
+@contextlib.contextmanager
+def _messages() -> Iterator[None]:
+    """Errors as one line and an exit code: 2 for a wrong configuration, 1 for data and numbers."""
+    try:
+        yield
+    except GainfulError as problem:
+        _error.print(f"[bold red]error:[/] {_escaped(str(problem))}", soft_wrap=True, highlight=False)
+        raise typer.Exit(2 if isinstance(problem, ConfigError) else 1) from None
+    except KeyboardInterrupt:
+        _error.print("stopped; nothing was written")
+        raise typer.Exit(1) from None
+
+
+def _escaped(text: str) -> str:
+    return text.replace("[", "\\[")
+
+
+@app.command("estimate")
+def estimate_command(
+    config: Annotated[Path, typer.Argument(help="Configuration file (TOML); `gainful init` writes one.")],
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Folder for estimates.parquet, result.nc and report.html.")
+    ] = None,
+) -> None:
+    """Run a filter along a log: estimates with uncertainty, a verdict on them, and a report."""
+    with _messages():
+        job = _with_progress(config, out or Path("out") / config.stem)
+        print_summary(job)
+
+
+def _with_progress(config: Path, out: Path) -> EstimateJob:
+    columns = (TextColumn("filtering"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=_error, transient=True) as bar:
+        task = bar.add_task("filtering", visible=False, total=None)
+
+        def started(log: object) -> None:
+            rows = len(log)  # type: ignore[arg-type]  # a Log
+            bar.update(task, total=rows, visible=rows > PROGRESS_ROWS)
+
+        return estimate(config, out, started=started, progress=lambda done: bar.update(task, completed=done))
+
+
+@app.command()
+def init(folder: Annotated[Path, typer.Argument(help="Folder to write into.")] = Path(".")) -> None:
+    """Write a commented starter: configuration, model and a small record that run as they are."""
+    with _messages():
+        files = write_starter(folder)
+    for path in files:
+        typer.echo(f"wrote {path}")
+    typer.echo(f"run it:  gainful estimate {files[0]}")

@@ -1,0 +1,61 @@
+"""The terminal summary of a job."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from ..errors import Status
+from ..jobs import EstimateJob, state_rows
+
+_STYLE = {True: "green", False: "yellow", None: "cyan"}
+
+
+def print_summary(job: EstimateJob, console: Console | None = None) -> None:
+    """Print the states, the measurements, the verdict and where the results lie."""
+    console = console or Console()
+    heads, rows = state_rows(job)
+    console.print(_table(job.title, heads, rows))
+    console.print(_table("measurements", *_measurement_rows(job)))
+    console.print(Text(str(job.verdict), style=_STYLE[job.verdict.consistent]))
+    compiling, running = job.timing
+    rows_kept = int(job.result.log.kept.sum())
+    console.print(f"{rows_kept} rows; compiled in {compiling:.2f} s, ran in {running:.3f} s", highlight=False)
+    if job.folder is not None:
+        console.print(f"wrote {job.folder / 'report.html'}, estimates.parquet, result.nc", highlight=False, soft_wrap=True)
+
+
+def _table(title: str, heads: list[str], rows: list[list[Any]]) -> Table:
+    table = Table(title=title, title_justify="left", title_style="bold", header_style="bold")
+    for k, head in enumerate(heads):
+        table.add_column(head, justify="left" if k == 0 else "right")
+    for row in rows:
+        table.add_row(*(_cell(head, value) for head, value in zip(heads, row, strict=True)))
+    return table
+
+
+def _cell(head: str, value: Any) -> str:
+    if value is None:
+        return "-"
+    if isinstance(value, float):
+        return f"{100 * value:.1f} %" if "%" in head else f"{value:.4g}"
+    return str(value)
+
+
+def _measurement_rows(job: EstimateJob) -> tuple[list[str], list[list[Any]]]:
+    """Per signal: how often it was measured, missing and rejected."""
+    result = job.result if job.result.filtered is None else job.result.filtered
+    kept = result.log.kept
+    failed = result.status >= Status.not_positive
+    rows = []
+    for j, name in enumerate(result.model.output.tangent_names):
+        seen = result.seen[:, j] & kept
+        rejected = seen & (result.weight[:, j] == 0) & ~failed
+        sigma = float(np.sqrt(np.mean(result.residual[seen, j] ** 2))) if seen.any() else None
+        missing = next((c for key, c in result.log.counts.items() if key == f"missing {name}"), 0)
+        rows.append([name, int(seen.sum()), missing, int(rejected.sum()), sigma])
+    return ["signal", "measured", "missing", "rejected", "innovation RMS"], rows

@@ -1,0 +1,146 @@
+"""Parts of filters from tables and back: a table is the part's constructor written down, `kind` its name."""
+
+from __future__ import annotations
+
+import inspect
+import typing
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import pydantic
+
+from ..errors import ConfigError, did_you_mean
+from ..estimates import AbstractEstimate, Gaussian, SquareRoot
+from ..filters import (
+    KalmanFilter,
+    cubature_kalman_filter,
+    extended_kalman_filter,
+    iterated_extended_kalman_filter,
+    kalman_filter,
+    unscented_kalman_filter,
+)
+from ..linearization import (
+    AbstractLinearization,
+    AbstractRule,
+    Cubature,
+    GaussHermite,
+    SigmaPoints,
+    Taylor,
+    Unscented,
+)
+from ..noise import AbstractNoise, Nominal
+from ..updates import AbstractUpdate, Exact, Gated, Iterated
+
+KINDS: dict[type, dict[str, type]] = {
+    AbstractLinearization: {"taylor": Taylor, "sigma_points": SigmaPoints},
+    AbstractRule: {"unscented": Unscented, "cubature": Cubature, "gauss_hermite": GaussHermite},
+    AbstractUpdate: {"exact": Exact, "gated": Gated, "iterated": Iterated},
+    AbstractNoise: {"nominal": Nominal},
+    AbstractEstimate: {"gaussian": Gaussian, "square_root": SquareRoot},
+}
+"""Every part by what it is and what a table calls it."""
+
+FILTERS: dict[str, Callable[..., KalmanFilter]] = {
+    "kalman_filter": kalman_filter,
+    "extended_kalman_filter": extended_kalman_filter,
+    "iterated_extended_kalman_filter": iterated_extended_kalman_filter,
+    "unscented_kalman_filter": unscented_kalman_filter,
+    "cubature_kalman_filter": cubature_kalman_filter,
+    "assembled": KalmanFilter,
+}
+ACRONYMS = {
+    "kf": "kalman_filter",
+    "ekf": "extended_kalman_filter",
+    "iekf": "iterated_extended_kalman_filter",
+    "ukf": "unscented_kalman_filter",
+    "ckf": "cubature_kalman_filter",
+}
+
+
+def make_filter(table: str | Mapping[str, Any], path: str = "filter") -> KalmanFilter:
+    """The filter a table describes: a named one with its options, or `kind = "assembled"` with its parts.
+
+    Args:
+        table: a name such as "ukf", or a mapping with `kind` and the constructor's arguments.
+        path: where the table stands, for messages.
+
+    Raises:
+        ConfigError: an unknown kind or key, or a value of the wrong kind.
+
+    Example:
+        >>> make_filter({"kind": "ukf", "alpha": 0.5}).linearization.rule.alpha
+        0.5
+    """
+    kind, arguments = _opened(table, path)
+    name = ACRONYMS.get(kind, kind)
+    if name not in FILTERS:
+        raise ConfigError(f"{path}.kind: {kind!r} is not a filter; {did_you_mean(kind, [*FILTERS, *ACRONYMS])}")
+    return _construct(FILTERS[name], arguments, path)
+
+
+def make_part(slot: type, table: str | Mapping[str, Any], path: str) -> Any:
+    """The part of a slot (an abstract class of `KINDS`) that a table describes."""
+    kind, arguments = _opened(table, path)
+    kinds = KINDS[slot]
+    if kind not in kinds:
+        raise ConfigError(f"{path}.kind: {kind!r} is not known here; {did_you_mean(kind, kinds)}")
+    return _construct(kinds[kind], arguments, path)
+
+
+def dump_part(part: Any) -> dict[str, Any]:
+    """The table that `make_part` or `make_filter` turns into an equal part."""
+    cls = type(part)
+    name = "assembled" if cls is KalmanFilter else next((k for kinds in KINDS.values() for k, c in kinds.items() if c is cls), None)
+    if name is None:
+        raise ConfigError(f"{cls.__name__} has no name in configuration files")
+    table: dict[str, Any] = {"kind": name}
+    for field in inspect.signature(cls).parameters:
+        value = getattr(part, field)
+        if isinstance(value, type):
+            table[field] = next(k for k, c in KINDS[AbstractEstimate].items() if c is value)
+        elif _slot_of(type(value)) is not None:
+            table[field] = dump_part(value)
+        else:
+            table[field] = value
+    return table
+
+
+def _opened(table: str | Mapping[str, Any], path: str) -> tuple[str, dict[str, Any]]:
+    if isinstance(table, str):
+        return table, {}
+    if not isinstance(table, Mapping) or not isinstance(table.get("kind"), str):
+        raise ConfigError(f"{path}: expected a name or a table with a kind, got {table!r}")
+    return table["kind"], {key: value for key, value in table.items() if key != "kind"}
+
+
+def _construct(make: Callable[..., Any], arguments: dict[str, Any], path: str) -> Any:
+    annotations = typing.get_type_hints(make.__init__ if isinstance(make, type) else make)
+    known = list(inspect.signature(make).parameters)
+    values = {}
+    for key, given in arguments.items():
+        if key not in known:
+            raise ConfigError(f"{path}.{key}: unknown key; {did_you_mean(key, known)}")
+        values[key] = _value(annotations.get(key, Any), given, f"{path}.{key}")
+    try:
+        return make(**values)
+    except ConfigError as problem:
+        raise ConfigError(f"{path}: {problem}") from problem
+
+
+def _value(annotation: Any, given: Any, path: str) -> Any:
+    if typing.get_origin(annotation) is type:
+        kinds = KINDS[AbstractEstimate]
+        if given not in kinds:
+            raise ConfigError(f"{path}: {given!r} is not known here; {did_you_mean(str(given), kinds)}")
+        return kinds[given]
+    slot = _slot_of(annotation) if isinstance(annotation, type) else None
+    if slot is not None:
+        return make_part(slot, given, path)
+    try:
+        return pydantic.TypeAdapter(annotation).validate_python(given, strict=not isinstance(given, int))
+    except pydantic.ValidationError as problem:
+        raise ConfigError(f"{path}: {problem.errors()[0]['msg'].lower()}, got {given!r}") from problem
+
+
+def _slot_of(cls: type) -> type | None:
+    return next((slot for slot in KINDS if issubclass(cls, slot)), None)

@@ -1,0 +1,32 @@
+"""Geodetic columns in metres."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..errors import DataError, MissingExtraError
+from .source import LocalFrame
+from .tables import Table
+
+
+def add_local_columns(table: Table, frame: LocalFrame) -> Table:
+    """The table with `east`, `north` and `up` [m] in the tangent plane (WGS 84) at the frame's origin."""
+    try:
+        import pymap3d
+    except ImportError as problem:
+        raise MissingExtraError("latitudes need pymap3d: pip install 'gainful[io]'") from problem
+    latitude, longitude = table.numbers(frame.latitude), table.numbers(frame.longitude)
+    for name, values, limit in ((frame.latitude, latitude, 90.0), (frame.longitude, longitude, 360.0)):
+        if np.nanmax(np.abs(values), initial=0.0) > limit:
+            raise DataError(f"{table.path.name}: {name!r} expected degrees up to {limit:g}, got {np.nanmax(np.abs(values)):.6g}")
+    height = table.numbers(frame.height) if frame.height else np.zeros_like(latitude)
+    origin = frame.origin
+    if not origin:
+        first = np.flatnonzero(np.isfinite(latitude) & np.isfinite(longitude) & np.isfinite(height))
+        if not first.size:
+            raise DataError(f"{table.path.name}: no row with a whole position to take as the origin")
+        origin = [latitude[first[0]], longitude[first[0]], height[first[0]]]
+    if len(origin) != 3:
+        raise DataError(f"origin: expected latitude, longitude and height, got {origin}")
+    east, north, up = pymap3d.geodetic2enu(latitude, longitude, height, *origin)
+    return Table(table.path, table.frame.assign(east=east, north=north, up=up))

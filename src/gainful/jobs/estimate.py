@@ -1,0 +1,141 @@
+"""From a log and a model to estimates, a verdict and a report."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import jax
+
+from .. import __version__
+from ..config import EstimateConfig, build_filter, build_model, build_prior, dump_part, load_config
+from ..diagnostics import Verdict, coverage, rmse, verdict
+from ..io import read_log, whole_folder
+from ..running import Log, Result, run, smooth
+
+
+@dataclasses.dataclass(frozen=True)
+class EstimateJob:
+    """What a job came to.
+
+    Attributes:
+        title: of the report.
+        config: what was asked.
+        result: the filter's, or the smoother's where the configuration asks for it.
+        verdict: whether its numbers can be believed.
+        folder: where the results lie, or None if nothing was written.
+    """
+
+    title: str
+    config: EstimateConfig
+    result: Result
+    verdict: Verdict
+    folder: Path | None
+
+    @property
+    def timing(self) -> tuple[float, float]:
+        """Seconds spent compiling and running, filter and smoother together."""
+        parts = [self.result, self.result.filtered]
+        times = [part.timing for part in parts if part is not None]
+        return sum(t.compile for t in times), sum(t.run for t in times)
+
+
+def estimate(
+    path: Path | str,
+    folder: Path | str | None = None,
+    *,
+    started: Callable[[Log], None] | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> EstimateJob:
+    """Run the job of a configuration file.
+
+    Args:
+        path: of the TOML file; files it names are relative to it.
+        folder: where to leave `estimates.parquet`, `result.nc` and `report.html`, all or none; nothing if None.
+        started: called with the record before the filter runs.
+        progress: called with the number of rows done.
+
+    Raises:
+        ConfigError: the configuration is not valid.
+        GainfulError: the data, the model or the filter failed; the message says how.
+    """
+    path = Path(path)
+    config = load_config(path)
+    model = build_model(config.model, path.parent)
+    prior = build_prior(config, model)
+    chosen = build_filter(config)
+    log = read_log(model, config.data, path.parent)
+    if started is not None:
+        started(log)
+    result = run(chosen, model, prior, log, throw=config.options.throw, progress=progress)
+    if config.options.smooth:
+        result = smooth(result)
+    job = EstimateJob(config.title or path.stem, config, result, verdict(result), Path(folder) if folder else None)
+    if job.folder is not None:
+        _write(job, path)
+    return job
+
+
+def state_rows(job: EstimateJob) -> tuple[list[str], list[list[Any]]]:
+    """Headings and rows of the table of states: last value and sigma, and RMSE and coverage where there is truth."""
+    result = job.result
+    space, filtered = result.model.space, result.filtered
+    errors, shares = rmse(result), coverage(result)
+    before = rmse(filtered) if filtered is not None else {}
+    heads = ["state", "unit", "last sigma"]
+    if errors:
+        heads += (["RMSE filtered", "RMSE smoothed"] if before else ["RMSE"]) + ["inside 95 % band"]
+    rows = []
+    for j, (name, unit) in enumerate(zip(space.tangent_names, space.tangent_units, strict=True)):
+        row: list[Any] = [name, unit, float(result.std[-1, j])]
+        if errors:
+            row += [before.get(name)] if before else []
+            row += [errors.get(name), shares.get(name)]
+        rows.append(row)
+    return heads, rows
+
+
+def _facts(job: EstimateJob, path: Path) -> list[tuple[str, str]]:
+    result, (compiling, running) = job.result, job.timing
+    kind = job.config.filter if isinstance(job.config.filter, str) else job.config.filter["kind"]
+    facts = [
+        ("Configuration", path.name),
+        ("Filter", kind + (", smoothed" if result.smoothed else "")),
+        ("Rows", f"{int(result.log.kept.sum())} from {result.t[0]:.6g} s to {result.t[-1]:.6g} s"),
+        ("Time", f"{compiling:.2f} s compiling, {running:.3f} s running"),
+        ("Made with", f"gainful {__version__}, JAX {jax.__version__}, Python {sys.version.split()[0]}"),
+    ]
+    facts += [(name[0].upper() + name[1:], str(count)) for name, count in result.log.counts.items()]
+    return facts
+
+
+def _write(job: EstimateJob, path: Path) -> None:
+    from ..report import Table, write_report
+
+    assert job.folder is not None
+    result = job.result
+    heads, rows = state_rows(job)
+    attributes = {
+        "title": job.title,
+        "gainful_version": __version__,
+        "config": path.read_text(encoding="utf-8"),
+        "filter": json.dumps(dump_part(result.estimator)),
+        "verdict": str(job.verdict),
+    }
+    judgement = {True: "good", False: "bad", None: "unknown"}[job.verdict.consistent]
+    with whole_folder(job.folder) as scratch:
+        result.to_pandas().to_parquet(scratch / "estimates.parquet")
+        result.to_xarray(attributes).to_netcdf(scratch / "result.nc", engine="h5netcdf")
+        write_report(
+            result,
+            scratch / "report.html",
+            title=job.title,
+            facts=_facts(job, path),
+            verdict=str(job.verdict),
+            judgement=judgement,  # type: ignore[arg-type]  # one of the three words
+            tables=[Table("States", tuple(heads), tuple(tuple(row) for row in rows))],
+        )
