@@ -1,0 +1,15 @@
+"""Reports: figures of a result, and a page that holds them."""
+
+from ..errors import MissingExtraError
+
+try:
+    import jinja2 as _jinja2  # noqa: F401
+    import plotly as _plotly  # noqa: F401
+except ImportError as problem:
+    raise MissingExtraError("reports need plotly and jinja2: pip install 'gainful[report]'") from problem
+
+from .figures import figures_of
+from .html import Judgement, Table, write_report
+from .panels import Section
+
+__all__ = ["Judgement", "Section", "Table", "figures_of", "write_report"]

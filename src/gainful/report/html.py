@@ -1,0 +1,200 @@
+"""The report as one HTML file that needs nothing else."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import itertools
+import math
+import os
+from collections.abc import Sequence
+from importlib import resources
+from pathlib import Path
+from typing import Any, Literal
+
+import jinja2
+import numpy as np
+import plotly.io
+import plotly.offline
+from markupsafe import Markup
+
+from ..errors import ConfigError, Status
+from ..running import Result
+from .figures import figures_of
+from .innovations import innovations_of
+from .panels import FONT, Section
+
+Judgement = Literal["good", "bad", "unknown"]
+"""What a verdict comes to."""
+
+_WORDS = {"good": ("✓", "Consistent"), "bad": ("✕", "Not consistent"), "unknown": ("?", "Undecided")}
+_STATUS = {
+    Status.ok: "updated",
+    Status.missing: "without a measurement",
+    Status.rejected: "rejected as a whole",
+    Status.not_positive: "failed (innovation covariance not positive definite)",
+    Status.nonfinite: "failed (not finite)",
+}
+
+
+@dataclasses.dataclass(frozen=True)
+class Table:
+    """A table of the report; numbers are set to four digits, NaN and None as a dash.
+
+    Attributes:
+        title: what it shows.
+        columns: headings.
+        rows: cells, text or numbers, the first of each row naming it.
+    """
+
+    title: str
+    columns: tuple[str, ...]
+    rows: tuple[tuple[Any, ...], ...]
+
+
+def write_report(
+    result: Result,
+    path: str | os.PathLike[str],
+    *,
+    title: str,
+    facts: Sequence[tuple[str, str]],
+    verdict: str,
+    judgement: Judgement | None = None,
+    tables: Sequence[Table] = (),
+) -> Path:
+    """Write a report of a result: figures, tables and a verdict, in one HTML file that works offline.
+
+    Args:
+        result: of a filter or a smoother.
+        path: of the file; an older one is replaced once the new one is complete.
+        title: of the page.
+        facts: what was run on what, as pairs of name and value.
+        verdict: whether the numbers can be trusted, in one sentence.
+        judgement: what the verdict comes to: "good", "bad" or "unknown"; by default told from its first words,
+            "consistent:", "not consistent:" or anything else.
+        tables: further tables, such as RMSE and coverage per state.
+
+    Returns:
+        The path written.
+
+    Raises:
+        ConfigError: a judgement other than the three.
+        OSError: the file could not be written; an older one is left as it was.
+    """
+    if judgement is None:
+        heads = (kind for kind, (_, word) in _WORDS.items() if verdict.lower().startswith(word.lower()))
+        judgement = next(heads, "unknown")
+    if judgement not in _WORDS:
+        raise ConfigError(f"judgement: expected one of {', '.join(map(repr, _WORDS))}, got {judgement!r}")
+    path = Path(path)
+    text = _page(result, title, facts, verdict, judgement, tables)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    _replace(path, text)
+    return path
+
+
+def _replace(path: Path, text: str) -> None:
+    """Write beside the file, then put it in its place in one step."""
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        temporary.write_text(text, encoding="utf-8")
+        os.replace(temporary, path)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            temporary.unlink()
+        raise
+
+
+def _page(
+    result: Result,
+    title: str,
+    facts: Sequence[tuple[str, str]],
+    verdict: str,
+    judgement: Judgement,
+    tables: Sequence[Table],
+) -> str:
+    here = resources.files(__package__)
+    environment = jinja2.Environment(
+        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters |= {"cell": cell, "unbroken": lambda text: text.replace(" %", "\N{NO-BREAK SPACE}%")}
+    template = environment.from_string(here.joinpath("template.html.jinja").read_text(encoding="utf-8"))
+    sections = itertools.groupby(figures_of(result), lambda section: section.title)
+    groups = [(head, list(group)) for head, group in sections]
+    mark, word = _WORDS[judgement]
+    # The badge says the verdict's first word already.
+    head, _, rest = verdict.partition(": ")
+    if rest and head.lower() == word.lower():
+        verdict = rest[0].upper() + rest[1:]
+    return template.render(
+        title=title,
+        facts=facts,
+        verdict=verdict,
+        judgement=judgement,
+        mark=mark,
+        word=word,
+        counts=counts_line(result),
+        warnings=result.warnings,
+        tables=[*tables, measurement_table(result)],
+        groups=groups,
+        anchor=lambda text: "section-" + "".join(c if c.isalnum() else "-" for c in text.lower()),
+        figure=_figure_data,
+        font=Markup(FONT),
+        css=Markup(here.joinpath("report.css").read_text(encoding="utf-8")),
+        script=Markup(here.joinpath("report.js").read_text(encoding="utf-8")),
+        plotly=Markup(plotly.offline.get_plotlyjs()),
+    )
+
+
+def _figure_data(section: Section) -> Markup:
+    """A figure as JSON that cannot end the script element it stands in."""
+    text = plotly.io.to_json(section.figure, validate=False)
+    assert text is not None
+    return Markup(text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026"))
+
+
+def cell(value: Any) -> str:
+    """A table's cell in words: numbers to four digits, whole numbers with their thousands apart, a dash for none."""
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return "\N{EN DASH}"
+    if isinstance(value, (str, bool)):
+        return str(value)
+    if isinstance(value, int):
+        return f"{value:,}"
+    number = float(value)
+    return f"{number:,.0f}" if 1e4 <= abs(number) < 1e7 else f"{number:.4g}"
+
+
+def counts_line(result: Result) -> str:
+    """How many rows and values there were, and what became of them."""
+    kept = result.log.kept
+    rows, t = int(kept.sum()), result.t[kept]
+    became = [f"{count:,} {_STATUS[Status[name]]}" for name, count in result.counts().items()]
+    seen, found = result.seen[kept], innovations_of(result)
+    missing = 100 * (1 - seen.mean()) if seen.size else 0.0
+    values = f"{seen.sum():,} of {seen.size:,} values measured ({missing:.3g} % missing)"
+    values += f", {found.rejected.sum():,} rejected"
+    if found.doubted.any():
+        values += f", {found.doubted.sum():,} weighted down"
+    words = f"{rows:,} {'row' if rows == 1 else 'rows'} over {t[-1] - t[0]:,.6g} s: {', '.join(became)}. {values}."
+    if result.log.counts:
+        words += " On reading: " + ", ".join(f"{count:,} {name}" for name, count in result.log.counts.items()) + "."
+    return words
+
+
+def measurement_table(result: Result) -> Table:
+    """What became of the measurements of each signal."""
+    kept = result.log.kept
+    seen, found = result.seen[kept], innovations_of(result)
+    rows = []
+    for j, (name, unit) in enumerate(zip(found.names, found.units, strict=True)):
+        counted = found.counted[:, j] & (found.sigma[:, j] > 0)
+        residual, sigma = found.residual[counted, j], found.sigma[counted, j]
+        rms, ratio = (
+            float(np.sqrt(np.mean(values**2))) if len(values) else math.nan for values in (residual, residual / sigma)
+        )
+        measured = int(seen[:, j].sum())
+        counts = (measured, len(seen) - measured, int(found.rejected[:, j].sum()))
+        rows.append((name if unit == "1" else f"{name} [{unit}]", *counts, rms, ratio))
+    columns = ("Signal", "Measured", "Missing", "Rejected", "RMS", "RMS / σ")  # noqa: RUF001
+    return Table("Measurements", columns, tuple(rows))

@@ -1,0 +1,46 @@
+"""What every test shares: reproducible seeds, a cache of compiled programs, and how much of the product of parts to try."""
+
+import zlib
+from collections.abc import Callable
+
+import gainful  # noqa: F401  # switches 64-bit numbers on before anything is traced
+import hypothesis
+import jax
+import numpy as np
+import pytest
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--full", action="store_true", help="every combination of parts, not only a set in which every pair occurs"
+    )
+    parser.addoption("--seed", type=int, default=0, help="another number draws other random problems")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    if hasattr(config, "cache"):  # absent under -p no:cacheprovider
+        # Compiling is most of the run time; programs that take long are kept for the next run.
+        jax.config.update("jax_compilation_cache_dir", str(config.cache.mkdir("jax")))
+        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.3)
+    # Derandomised: the same examples each time, so that a red test is red for everybody.
+    hypothesis.settings.register_profile("default", deadline=None, max_examples=25, derandomize=True, database=None)
+    hypothesis.settings.register_profile("full", deadline=None, max_examples=500, database=None, print_blob=True)
+    hypothesis.settings.load_profile("full" if config.getoption("--full") else "default")
+
+
+@pytest.fixture(scope="session")
+def generator(request: pytest.FixtureRequest) -> Callable[[str], np.random.Generator]:
+    """Random numbers by name, the same in every run unless `--seed` says otherwise."""
+    return lambda name: np.random.default_rng(zlib.crc32(name.encode()) ^ request.config.getoption("--seed"))
+
+
+@pytest.fixture
+def rng(request: pytest.FixtureRequest, generator: Callable[[str], np.random.Generator]) -> np.random.Generator:
+    """Random numbers of this test's own."""
+    return generator(request.node.nodeid)
+
+
+@pytest.fixture
+def key(rng: np.random.Generator) -> jax.Array:
+    """A JAX key of this test's own."""
+    return jax.random.key(int(rng.integers(2**31)))

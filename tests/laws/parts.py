@@ -1,0 +1,206 @@
+"""Every part of the library, with the instances its laws are tried on.
+
+A new part must be entered here: `test_every_part_is_tried` walks the subclasses of the abstract classes and names those
+without an entry.
+"""
+
+import importlib
+import inspect
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import gainful as gf
+import jax.numpy as jnp
+from gainful.estimates import AbstractEstimate
+from gainful.filters import AbstractEstimator
+from gainful.linearization import AbstractLinearization, AbstractRule, Cubature, GaussHermite, Unscented
+from gainful.models import AbstractModel
+from gainful.models.dynamics import AbstractDynamics, ContinuousDynamics, DiscreteDynamics, LinearDynamics
+from gainful.models.model import Model
+from gainful.noise import AbstractNoise
+from gainful.spaces import AbstractSpace, Circle, Euclidean, Interval, Positive, Product, Quaternion, rotate
+from gainful.testing.cart import cart_model
+from gainful.updates import AbstractUpdate
+
+SPACES: dict[type, list[AbstractSpace]] = {
+    Euclidean: [Euclidean(("a", "b"), ("m", "m/s"))],
+    Circle: [Circle("heading")],
+    Positive: [Positive("mass", "kg")],
+    Interval: [Interval("efficiency", 0.0, 1.0), Interval("trim", -0.1, 0.2), Interval("gain", -5.0, 1000.0)],
+    Quaternion: [Quaternion("attitude")],
+    Product: [Product([Euclidean(("a",)), Circle("heading"), Quaternion("attitude"), Interval("share", 0.0, 1.0)])],
+}
+
+RULES: dict[type, list[tuple[AbstractRule, int]]] = {
+    # With each the degree up to which it is exact.
+    Unscented: [
+        (Unscented(), 3),
+        (Unscented(alpha=0.1), 3),
+        (Unscented(alpha=1e-3), 3),
+        (Unscented(alpha=0.5, beta=0.0, kappa=1.0), 3),
+    ],
+    Cubature: [(Cubature(), 3)],
+    GaussHermite: [(GaussHermite(2), 3), (GaussHermite(3), 5), (GaussHermite(5), 9)],
+}
+
+LINEARIZATIONS: dict[type, list[AbstractLinearization]] = {
+    gf.Taylor: [gf.Taylor()],
+    gf.SigmaPoints: [
+        gf.SigmaPoints(Unscented(alpha=0.1)),
+        gf.SigmaPoints(Cubature()),
+        gf.SigmaPoints(GaussHermite()),
+        gf.SigmaPoints(),
+    ],
+}
+
+UPDATES: dict[type, list[tuple[AbstractUpdate, AbstractUpdate]]] = {
+    # With each the same update in the limit where it equals `Exact`.
+    gf.Exact: [(gf.Exact(), gf.Exact())],
+    gf.Gated: [(gf.Gated(probability=0.9, reacquire=2), gf.Gated(probability=1.0))],
+    gf.Iterated: [(gf.Iterated(iterations=3), gf.Iterated(iterations=1))],
+}
+
+NOISES: dict[type, list[AbstractNoise]] = {gf.Nominal: [gf.Nominal()]}
+
+ESTIMATES: dict[type, list[type[AbstractEstimate]]] = {gf.Gaussian: [gf.Gaussian], gf.SquareRoot: [gf.SquareRoot]}
+
+
+def _spin(x: Any, u: Any) -> Any:
+    return jnp.concatenate([u[:3] - x[4:7], jnp.zeros(3), -0.1 * x[7:]])
+
+
+def _star(x: Any) -> Any:
+    return rotate(x[:4] * jnp.array([-1.0, -1.0, -1.0, 1.0], x.dtype), jnp.array([0.0, 0.6, 0.8], x.dtype)) * x[7]
+
+
+def _spring(x: Any, u: Any, t: Any, p: dict[str, Any]) -> Any:
+    return jnp.stack([x[1], -p["stiffness"] * x[0] - 0.1 * x[1] + u[0] * jnp.cos(t)])
+
+
+def _first(x: Any) -> Any:
+    return x[:1]
+
+
+def spring_model() -> Model:
+    return gf.continuous_model(
+        _spring,
+        _first,
+        states={"x": "m", "v": "m/s"},
+        outputs={"y": "m"},
+        inputs={"force": "N"},
+        Q=[0.01, 0.1],
+        R=0.04,
+        parameters={"stiffness": 2.0},
+        substeps=2,
+    )
+
+
+def attitude_model() -> Model:
+    states = {"q": "quaternion", "bx": "rad/s", "by": "rad/s", "bz": "rad/s", "size": (0.0, None)}
+    inputs = {"wx": "rad/s", "wy": "rad/s", "wz": "rad/s"}
+    outputs = ["sx", "sy", "sz"]
+    noise = [1e-3] * 3 + [1e-4] * 3 + [1e-2]
+    return gf.continuous_model(_spin, _star, states=states, outputs=outputs, inputs=inputs, Q=noise, R=0.01)
+
+
+MODELS: dict[type, list[AbstractModel]] = {
+    Model: [cart_model(), spring_model(), attitude_model()],
+    gf.models.AugmentedModel: [
+        gf.augment(spring_model(), parameters={"stiffness": 0.1}, biases={"y": 0.0}, bounds={"stiffness": (0, None)}),
+        gf.augment(cart_model(), biases={"speed": 0.2, "compass": 0.1}),
+    ],
+}
+
+DYNAMICS: dict[type, list[AbstractModel]] = {
+    DiscreteDynamics: [cart_model()],
+    ContinuousDynamics: [spring_model(), attitude_model()],
+    LinearDynamics: [
+        gf.linear_model([[1.0, 0.1], [0.0, 0.9]], [[1.0, 0.0]], Q=[[0.2]], G=[[0.5], [1.0]], R=0.1, B=[[0.0], [1.0]])
+    ],
+}
+
+ESTIMATORS: dict[type, list[tuple[AbstractEstimator, AbstractModel | None]]] = {
+    # With each the model it needs; the cart if None. Filters are tried in combinations instead, see `combinations`.
+    gf.KalmanFilter: [],
+}
+
+KINDS: dict[type, dict[type, list[Any]]] = {
+    AbstractSpace: SPACES,
+    AbstractRule: RULES,
+    AbstractLinearization: LINEARIZATIONS,
+    AbstractUpdate: UPDATES,
+    AbstractNoise: NOISES,
+    AbstractEstimate: ESTIMATES,
+    AbstractEstimator: ESTIMATORS,
+    AbstractModel: MODELS,
+    AbstractDynamics: DYNAMICS,
+}
+
+_WITHOUT_PARTS = {"cli", "config", "io", "jobs", "live", "report", "testing"}
+"""Rooms that need optional packages and define no parts."""
+
+
+def import_all() -> None:
+    """Import every module in which a part can be defined."""
+    root = Path(gf.__file__).parent
+    for path in sorted(root.rglob("*.py")):
+        names = path.relative_to(root).with_suffix("").parts
+        package = all((root.joinpath(*names[:k]) / "__init__.py").exists() for k in range(len(names)))
+        if package and names[0] not in _WITHOUT_PARTS and names[-1] not in ("__init__", "__main__"):
+            importlib.import_module(".".join(("gainful", *names)))
+
+
+def final_subclasses(base: type) -> Iterator[type]:
+    """All classes of the library below `base` that can be made."""
+    for cls in base.__subclasses__():
+        yield from final_subclasses(cls)
+        if cls.__module__.startswith("gainful.") and not (inspect.isabstract(cls) or cls.__name__.startswith("Abstract")):
+            yield cls
+
+
+def flat(table: dict[type, list[Any]]) -> list[Any]:
+    return [entry for entries in table.values() for entry in entries]
+
+
+def combinations(full: bool) -> list[gf.KalmanFilter]:
+    """Filters in which every part, and every pair of parts, occurs; or all of them."""
+    axes = [
+        [linearization for linearization in flat(LINEARIZATIONS) if linearization != gf.SigmaPoints() or full],
+        [update for update, _ in flat(UPDATES)],
+        flat(NOISES),
+        flat(ESTIMATES),
+    ]
+    chosen = itertools.product(*axes) if full else covering(axes)
+    return [gf.KalmanFilter(lin, update, noise, estimate) for lin, update, noise, estimate in chosen]
+
+
+def covering(axes: Sequence[Sequence[Any]]) -> list[tuple[Any, ...]]:
+    """A small set of combinations in which every pair of values of two axes occurs: greedy, the best one first."""
+    sizes = [range(len(axis)) for axis in axes]
+
+    def pairs(row: tuple[int, ...]) -> set[tuple[int, int, int, int]]:
+        return {(a, row[a], b, row[b]) for a, b in itertools.combinations(range(len(row)), 2)}
+
+    rows = list(itertools.product(*sizes))
+    left = set().union(*(pairs(row) for row in rows)) if rows else set()
+    chosen = []
+    while left:
+        best = max(rows, key=lambda row: len(pairs(row) & left))
+        chosen.append(tuple(axis[i] for axis, i in zip(axes, best, strict=True)))
+        left -= pairs(best)
+    assert len(chosen) <= math.prod(len(axis) for axis in axes)
+    return chosen
+
+
+def name_of(part: Any) -> str:
+    """A short name for test ids."""
+    if isinstance(part, gf.KalmanFilter):
+        return "-".join(
+            [name_of(part.linearization), type(part.update).__name__, type(part.noise).__name__, part.estimate.__name__]
+        )
+    if isinstance(part, gf.SigmaPoints):
+        return repr(part.rule).replace(" ", "")
+    return part.__name__ if inspect.isclass(part) else type(part).__name__
