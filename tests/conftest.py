@@ -23,8 +23,10 @@ def pytest_configure(config: pytest.Config) -> None:
         jax.config.update("jax_compilation_cache_dir", str(config.cache.mkdir("jax")))
         jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.3)
     # Derandomised: the same examples each time, so that a red test is red for everybody.
-    hypothesis.settings.register_profile("default", deadline=None, max_examples=25, derandomize=True, database=None)
-    hypothesis.settings.register_profile("full", deadline=None, max_examples=500, database=None, print_blob=True)
+    phases = [hypothesis.Phase.explicit, hypothesis.Phase.generate, hypothesis.Phase.shrink]
+    shared = hypothesis.settings(deadline=None, database=None, phases=phases)
+    hypothesis.settings.register_profile("default", shared, max_examples=25, derandomize=True)
+    hypothesis.settings.register_profile("full", shared, max_examples=500, print_blob=True)
     hypothesis.settings.load_profile("full" if config.getoption("--full") else "default")
 
 

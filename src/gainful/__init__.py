@@ -19,6 +19,7 @@ from .filters import (
 )
 from .io import Column, LocalFrame, Source, read_log
 from .linearization import Cubature, GaussHermite, SigmaPoints, Taylor, Unscented
+from .live import OnlineFilter
 from .models import augment, continuous_model, discrete_model, linear_model, sensor
 from .noise import Nominal
 from .running import (

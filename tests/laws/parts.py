@@ -21,7 +21,17 @@ from gainful.models import AbstractModel
 from gainful.models.dynamics import AbstractDynamics, ContinuousDynamics, DiscreteDynamics, LinearDynamics
 from gainful.models.model import Model
 from gainful.noise import AbstractNoise
-from gainful.spaces import AbstractSpace, Circle, Euclidean, Interval, Positive, Product, Quaternion, rotate
+from gainful.spaces import (
+    AbstractSpace,
+    Circle,
+    Euclidean,
+    Interval,
+    Positive,
+    Product,
+    Quaternion,
+    quaternion_conjugate,
+    rotate,
+)
 from gainful.testing.cart import cart_model
 from gainful.updates import AbstractUpdate
 
@@ -69,11 +79,11 @@ ESTIMATES: dict[type, list[type[AbstractEstimate]]] = {gf.Gaussian: [gf.Gaussian
 
 
 def _spin(x: Any, u: Any) -> Any:
-    return jnp.concatenate([u[:3] - x[4:7], jnp.zeros(3), -0.1 * x[7:]])
+    return jnp.concatenate([u[:3], -0.1 * x[4:]])
 
 
 def _star(x: Any) -> Any:
-    return rotate(x[:4] * jnp.array([-1.0, -1.0, -1.0, 1.0], x.dtype), jnp.array([0.0, 0.6, 0.8], x.dtype)) * x[7]
+    return rotate(quaternion_conjugate(x[:4]), jnp.array([0.0, 0.6, 0.8], x.dtype)) * x[4]
 
 
 def _spring(x: Any, u: Any, t: Any, p: dict[str, Any]) -> Any:
@@ -98,16 +108,25 @@ def spring_model() -> Model:
     )
 
 
+def _fall(x: Any, u: Any, t: Any, dt: Any) -> Any:
+    return jnp.stack([x[0] + dt * x[1], x[1] - dt * (9.81 - 0.01 * x[1] ** 2)])  # m/s^2, 1/m
+
+
+def falling_model() -> Model:
+    gain = [[0.0], [1.0]]
+    return gf.discrete_model(_fall, _first, states={"height": "m", "v": "m/s"}, outputs=1, Q=[[0.1]], G=gain, R=0.5)
+
+
 def attitude_model() -> Model:
-    states = {"q": "quaternion", "bx": "rad/s", "by": "rad/s", "bz": "rad/s", "size": (0.0, None)}
+    states = {"q": "quaternion", "size": (0.0, None)}
     inputs = {"wx": "rad/s", "wy": "rad/s", "wz": "rad/s"}
     outputs = ["sx", "sy", "sz"]
-    noise = [1e-3] * 3 + [1e-4] * 3 + [1e-2]
+    noise = [1e-3, 1e-3, 1e-3, 1e-2]
     return gf.continuous_model(_spin, _star, states=states, outputs=outputs, inputs=inputs, Q=noise, R=0.01)
 
 
 MODELS: dict[type, list[AbstractModel]] = {
-    Model: [cart_model(), spring_model(), attitude_model()],
+    Model: [cart_model(), attitude_model()],
     gf.models.AugmentedModel: [
         gf.augment(spring_model(), parameters={"stiffness": 0.1}, biases={"y": 0.0}, bounds={"stiffness": (0, None)}),
         gf.augment(cart_model(), biases={"speed": 0.2, "compass": 0.1}),
@@ -115,16 +134,16 @@ MODELS: dict[type, list[AbstractModel]] = {
 }
 
 DYNAMICS: dict[type, list[AbstractModel]] = {
-    DiscreteDynamics: [cart_model()],
-    ContinuousDynamics: [spring_model(), attitude_model()],
+    DiscreteDynamics: [falling_model()],
+    ContinuousDynamics: [spring_model()],
     LinearDynamics: [
         gf.linear_model([[1.0, 0.1], [0.0, 0.9]], [[1.0, 0.0]], Q=[[0.2]], G=[[0.5], [1.0]], R=0.1, B=[[0.0], [1.0]])
     ],
 }
 
 ESTIMATORS: dict[type, list[tuple[AbstractEstimator, AbstractModel | None]]] = {
-    # With each the model it needs; the cart if None. Filters are tried in combinations instead, see `combinations`.
-    gf.KalmanFilter: [],
+    # With each the model it needs; the cart if None. Filters are tried in combinations too, see `combinations`.
+    gf.KalmanFilter: [(gf.kalman_filter(), spring_model())],
 }
 
 KINDS: dict[type, dict[type, list[Any]]] = {
@@ -157,7 +176,9 @@ def final_subclasses(base: type) -> Iterator[type]:
     """All classes of the library below `base` that can be made."""
     for cls in base.__subclasses__():
         yield from final_subclasses(cls)
-        if cls.__module__.startswith("gainful.") and not (inspect.isabstract(cls) or cls.__name__.startswith("Abstract")):
+        if cls.__module__.startswith("gainful.") and not (
+            inspect.isabstract(cls) or cls.__name__.startswith("Abstract")
+        ):
             yield cls
 
 

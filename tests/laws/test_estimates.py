@@ -28,7 +28,9 @@ def operations() -> dict[type, object]:
     """Push, condition, add noise and revise in one program per class."""
 
     def build(cls: type[AbstractEstimate]) -> object:
-        def operate(root: jax.Array, matrix: jax.Array, noise: jax.Array, y: jax.Array, seen: jax.Array) -> list[jax.Array]:
+        def operate(
+            root: jax.Array, matrix: jax.Array, noise: jax.Array, y: jax.Array, seen: jax.Array
+        ) -> list[jax.Array]:
             none = jnp.zeros((2, 0))
             affine = Affine(jnp.zeros(2), matrix, jnp.zeros(3), noise @ noise.T, none, none, STATES, OUTPUTS)
             estimate = cls.start(jnp.zeros(3), root @ root.T, STATES)
@@ -76,10 +78,14 @@ def test_covariances_stay_symmetric_and_positive_semidefinite(
 
 
 @pytest.mark.parametrize("cls", flat(ESTIMATES), ids=name_of)
-def test_a_measurement_never_makes_an_estimate_less_certain(cls: type[AbstractEstimate], operations: dict[type, object]) -> None:
+def test_a_measurement_never_makes_an_estimate_less_certain(
+    cls: type[AbstractEstimate], operations: dict[type, object]
+) -> None:
     rng = np.random.default_rng(1)
     for _ in range(20):
         root, matrix, noise = rng.normal(size=(3, 3)), rng.normal(size=(2, 3)), np.diag(rng.uniform(0.1, 1, 2))
-        prior, _, posterior, revised, more = operations[cls](*map(jnp.asarray, (root, matrix, noise, np.ones(2), [True] * 2)))  # type: ignore[operator]
+        prior, _, posterior, revised, more = operations[cls](
+            *map(jnp.asarray, (root, matrix, noise, np.ones(2), [True] * 2))
+        )  # type: ignore[operator]
         for smaller, larger in ((posterior, prior), (revised, prior), (prior, more)):
             assert np.linalg.eigvalsh(np.asarray(larger - smaller)).min() >= -1e-12 * np.trace(larger)

@@ -2,6 +2,7 @@
 
 import gainful as gf
 import pytest
+from gainful.filters import AbstractEstimator
 from gainful.models import AbstractModel
 from gainful.testing import check_estimator
 
@@ -20,6 +21,6 @@ def test_a_filter_gives_the_same_compiled_step_by_step_and_in_a_batch(combinatio
 
 @pytest.mark.parametrize(("estimator", "model"), flat(ESTIMATORS))
 def test_an_estimator_gives_the_same_compiled_step_by_step_and_in_a_batch(
-    estimator: gf.filters.AbstractEstimator, model: AbstractModel | None
+    estimator: AbstractEstimator, model: AbstractModel | None
 ) -> None:
     check_estimator(estimator, model)

@@ -27,8 +27,9 @@ def test_every_space_keeps_its_laws(space: AbstractSpace, key: jax.Array) -> Non
 def compiled(space: AbstractSpace) -> Any:
     """Round trips from the space's own point: there and back, and from one point to another."""
 
+    origin = point_of(space)
+
     def trips(a: jax.Array, b: jax.Array, d: jax.Array) -> dict[str, jax.Array]:
-        origin = point_of(space)
         x, y = space.plus(origin, a), space.plus(origin, b)
         there = space.plus(x, space.minus(y, x))
         moved = space.plus(x, d)

@@ -51,14 +51,19 @@ def test_a_gate_that_lets_everything_pass_is_the_exact_update_bit_for_bit(y: jax
     far = y.at[0].add(8.0)
     _, (_, gated) = _step(gf.Gated(probability=1.0), far, [True] * 3, 0.1)
     _, (_, exact) = _step(gf.Exact(), far, [True] * 3, 0.1)
-    assert_identical(gated, exact, "step")
+    assert_identical(_numbers(gated), _numbers(exact), "step")
+
+
+def _numbers(info: gf.filters.Info) -> dict[str, object]:
+    """All that a step reports but the memory of its parts."""
+    return {name: value for name, value in vars(info).items() if name != "memory"}
 
 
 def test_one_iteration_is_the_inner_update_bit_for_bit(y: jax.Array) -> None:
     for inner in (gf.Exact(), gf.Gated(probability=0.5)):
         _, (_, once) = _step(gf.Iterated(inner, iterations=1), y, [True] * 3, 0.1)
         _, (_, plain) = _step(inner, y, [True] * 3, 0.1)
-        assert_identical(once, plain, "step")
+        assert_identical(_numbers(once), _numbers(plain), "step")
 
 
 def test_a_gate_refuses_the_bad_sensor_alone_and_believes_it_after_its_patience(y: jax.Array) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable
 
 import jax
@@ -11,8 +12,9 @@ import numpy as np
 import pytest
 
 import gainful as gf
+from gainful.report import Section, figures_of
 from gainful.running import Result
-from gainful.spaces import rotate
+from gainful.spaces import quaternion_exp, quaternion_multiply, rotate
 
 BEACONS = {"range_a": np.array([0.0, 0.0]), "range_b": np.array([60.0, 0.0]), "range_c": np.array([0.0, 60.0])}  # m
 
@@ -56,12 +58,16 @@ def attitude_result(rows: int = 400, *, truth: bool = True) -> Result:
         inverse = x[:4] * jnp.array([-1.0, -1.0, -1.0, 1.0])
         return jnp.concatenate([rotate(inverse, jnp.array(v)) for v in ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0])])
 
-    model = gf.continuous_model(
-        lambda x, u, t: jnp.concatenate([jnp.array([0.2, -0.1, 0.15]) + x[4:], jnp.zeros(3)]),
+    def turn(x, u, t, dt):
+        rate = jnp.array([0.2, -0.1, 0.15]) + x[4:]  # rad/s
+        return jnp.concatenate([quaternion_multiply(x[:4], quaternion_exp(dt * rate)), x[4:]])
+
+    model = gf.discrete_model(
+        turn,
         reading,
         states={"q": "quaternion", "bias_x": "rad/s", "bias_y": "rad/s", "bias_z": "rad/s"},
         outputs={f"{v}_{axis}": "1" for v in ("sun", "field") for axis in "xyz"},
-        Q=np.diag([1e-5] * 3 + [1e-9] * 3),
+        Q=lambda x, u, t, dt: dt * jnp.diag(jnp.array([1e-5] * 3 + [1e-9] * 3)),
         R=0.02**2 * np.ones(6),
     )
     prior = gf.make_prior(
@@ -71,9 +77,10 @@ def attitude_result(rows: int = 400, *, truth: bool = True) -> Result:
     )
     log = gf.draw_log(model, prior, 0.25 * np.arange(rows), key=jax.random.key(1))
     log = log if truth else dataclasses.replace(log, truth={})
-    return gf.run(gf.unscented_kalman_filter(), model, prior, log)
+    return gf.run(gf.extended_kalman_filter(), model, prior, log)
 
 
+@functools.cache
 def walk_result(rows: int, *, start: float = 0.0, names: tuple[str, str] = ("level", "flow")) -> Result:
     """A plain linear model, cheap for long records."""
     model = gf.linear_model(
@@ -92,6 +99,21 @@ def walk_result(rows: int, *, start: float = 0.0, names: tuple[str, str] = ("lev
 @pytest.fixture(scope="session")
 def vehicle() -> Result:
     return vehicle_result()
+
+
+@pytest.fixture(scope="session")
+def smoothed(vehicle: Result) -> Result:
+    return gf.smooth(vehicle)
+
+
+@pytest.fixture(scope="session")
+def vehicle_sections(vehicle: Result) -> list[Section]:
+    return figures_of(vehicle)
+
+
+@pytest.fixture(scope="session")
+def attitude_sections(attitude: Result) -> list[Section]:
+    return figures_of(attitude)
 
 
 @pytest.fixture(scope="session")

@@ -6,7 +6,6 @@ import shutil
 
 import pytest
 
-import gainful as gf
 from gainful.diagnostics import verdict
 from gainful.report import Table, figures_of, write_report
 
@@ -33,14 +32,14 @@ def browser():
 
 
 @pytest.fixture(scope="module")
-def paths(vehicle, attitude, tmp_path_factory):
+def paths(vehicle, attitude, smoothed, tmp_path_factory):
     folder = tmp_path_factory.mktemp("browser")
     wide = Table(
         "Errors", ("State", "RMSE", "Coverage", "Mean sigma"), (("heading_of_the_vehicle [rad]", 0.1, 0.9, 1.0),)
     )
     facts = [("Data", "a_rather_long_file_name_without_a_single_blank_in_it_2024_05_17_run_0003.csv")]
     out = {}
-    for name, result in {"vehicle": vehicle, "attitude": attitude, "smoothed": gf.smooth(vehicle)}.items():
+    for name, result in {"vehicle": vehicle, "attitude": attitude, "smoothed": smoothed}.items():
         path = folder / f"{name}.html"
         write_report(result, path, title=f"The {name}", facts=facts, verdict=str(verdict(result)), tables=[wide])
         out[name] = (path, len(figures_of(result)))

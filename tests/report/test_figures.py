@@ -12,13 +12,15 @@ import pytest
 import gainful as gf
 from gainful.report import Section, figures_of
 from gainful.report.series import aligned, compact, drawable, extremes, scattered, settled_range
+from gainful.report.states import error_sections, state_sections
 from gainful.report.trajectory import position_pairs
 from gainful.running import Result
 from gainful.spaces import make_space
 
 
-def of(result: Result, title: str) -> Section:
-    return next(section for section in figures_of(result) if section.title == title)
+def of(drawn: Result | list[Section], title: str) -> Section:
+    sections = figures_of(drawn) if isinstance(drawn, Result) else drawn
+    return next(section for section in sections if section.title == title)
 
 
 def lines(section: Section, name: str) -> list:
@@ -76,10 +78,10 @@ def test_a_start_up_transient_does_not_flatten_a_panel():
     assert settled_range(t, [np.sin(t)], [late])[1] > 1e4
 
 
-def test_angles_are_unwrapped_and_truth_follows(vehicle):
+def test_angles_are_unwrapped_and_truth_follows(vehicle, vehicle_sections):
     wrapped = np.abs(np.diff(vehicle["heading"]))
     assert wrapped.max() > np.pi
-    section = of(vehicle, "States")
+    section = of(vehicle_sections, "States")
     estimate, truth = lines(section, "estimate")[2], lines(section, "truth")[2]
     assert np.abs(np.diff(estimate.y)).max() < np.pi
     assert np.abs(np.diff(truth.y)).max() < np.pi
@@ -93,23 +95,23 @@ def test_aligned_angles_are_the_same_angles():
     np.testing.assert_allclose(aligned(np.array([3.0, -3.0]), np.array([3.0, 3.3])), [3.0, 2 * np.pi - 3.0])
 
 
-def test_every_state_and_signal_has_a_panel(vehicle):
-    labels = [note.text for note in of(vehicle, "States").figure.layout.annotations]
+def test_every_state_and_signal_has_a_panel(vehicle_sections):
+    labels = [note.text for note in of(vehicle_sections, "States").figure.layout.annotations]
     assert labels == ["<b>x</b> [m]", "<b>y</b> [m]", "<b>heading</b> [rad]", "<b>rate_bias</b> [rad/s]"]
-    assert len(of(vehicle, "Innovations").figure.layout.annotations) == 3
-    assert len(of(vehicle, "Whiteness").figure.layout.annotations) == 3
+    assert len(of(vehicle_sections, "Innovations").figure.layout.annotations) == 3
+    assert len(of(vehicle_sections, "Whiteness").figure.layout.annotations) == 3
 
 
-def test_time_axes_move_together(vehicle):
-    for section in figures_of(vehicle):
+def test_time_axes_move_together(vehicle_sections):
+    for section in vehicle_sections:
         axes = list(section.figure.select_xaxes())
         assert all(axis.matches for axis in axes[:-1])
         assert section.timed == (axes[-1].title.text == "time [s]")
         assert section.figure.layout.hovermode == ("x unified" if section.timed else section.figure.layout.hovermode)
 
 
-def test_only_what_was_measured_is_drawn_and_rejections_stand_out(vehicle):
-    section = of(vehicle, "Innovations")
+def test_only_what_was_measured_is_drawn_and_rejections_stand_out(vehicle, vehicle_sections):
+    section = of(vehicle_sections, "Innovations")
     drawn = {name: sum(len(trace.x) for trace in lines(section, name)) for name in ("used", "used, beyond")}
     left = {name: sum(len(trace.x) for trace in lines(section, name)) for name in ("rejected", "rejected, beyond")}
     rejected = vehicle.seen & (vehicle.weight == 0)
@@ -120,21 +122,21 @@ def test_only_what_was_measured_is_drawn_and_rejections_stand_out(vehicle):
     assert used.color != refused.color
 
 
-def test_points_beyond_a_panel_are_marked_inside_it_with_their_own_value(vehicle):
-    section = of(vehicle, "Innovations")
+def test_points_beyond_a_panel_are_marked_inside_it_with_their_own_value(vehicle_sections):
+    section = of(vehicle_sections, "Innovations")
     trace = lines(section, "rejected, beyond")[0]
     reach = section.figure.layout.yaxis.range[1]
     assert (np.abs(trace.y) < reach).all()
     assert (np.abs(trace.customdata) > reach).all()
 
 
-def test_bounds_are_interrupted_where_nothing_was_measured(vehicle):
-    bound = lines(of(vehicle, "Innovations"), "upper bound")[0]
+def test_bounds_are_interrupted_where_nothing_was_measured(vehicle_sections):
+    bound = lines(of(vehicle_sections, "Innovations"), "upper bound")[0]
     assert np.isnan(bound.y).sum() == 1
 
 
-def test_nis_and_its_mean_are_those_of_the_diagnostics(vehicle):
-    label = of(vehicle, "Consistency").figure.layout.annotations[0].text
+def test_nis_and_its_mean_are_those_of_the_diagnostics(vehicle, vehicle_sections):
+    label = of(vehicle_sections, "Consistency").figure.layout.annotations[0].text
     assert f"mean {gf.diagnostics.nis_test(vehicle).mean:.3g}" in label
 
 
@@ -145,16 +147,16 @@ def test_without_truth_there_are_no_errors(vehicle):
     assert not any(trace.name == "truth" for section in sections for trace in section.figure.data)
 
 
-def test_a_smoothed_result_keeps_the_filters_innovations(vehicle):
-    smoothed = gf.smooth(vehicle)
-    filtered = lines(of(smoothed, "States"), "filtered")
-    np.testing.assert_allclose(filtered[0].y, vehicle["x"], rtol=1e-6)
-    np.testing.assert_allclose(lines(of(smoothed, "States"), "smoothed estimate")[0].y, smoothed["x"], rtol=1e-6)
-    assert of(smoothed, "Innovations").figure == of(vehicle, "Innovations").figure
+def test_a_smoothed_result_keeps_the_filters_innovations(vehicle, vehicle_sections, smoothed):
+    sections = figures_of(smoothed)
+    states = of(sections, "States")
+    np.testing.assert_allclose(lines(states, "filtered")[0].y, vehicle["x"], rtol=1e-6)
+    np.testing.assert_allclose(lines(states, "smoothed estimate")[0].y, smoothed["x"], rtol=1e-6)
+    assert of(sections, "Innovations").figure == of(vehicle_sections, "Innovations").figure
 
 
-def test_quaternions_have_rotation_errors_in_place_of_bands(attitude):
-    sections = figures_of(attitude)
+def test_quaternions_have_rotation_errors_in_place_of_bands(attitude_sections):
+    sections = attitude_sections
     states = [section for section in sections if section.title == "States"]
     assert not lines(states[0], "95 % band")
     assert len(lines(states[0], "truth")) == 4
@@ -165,15 +167,16 @@ def test_quaternions_have_rotation_errors_in_place_of_bands(attitude):
     assert all("[rad]" in label and "inside" in label for label in labels)
 
 
-def test_the_same_attitude_with_the_other_sign_looks_the_same(attitude):
+def test_the_same_attitude_with_the_other_sign_looks_the_same(attitude, attitude_sections):
     turned = {name: -values if name.startswith("q_") else values for name, values in attitude.log.truth.items()}
     other = dataclasses.replace(attitude, log=dataclasses.replace(attitude.log, truth=turned))
-    np.testing.assert_array_equal(lines(of(other, "States"), "truth")[0].y, lines(of(attitude, "States"), "truth")[0].y)
+    drawn = [lines(sections[0], "truth")[0].y for sections in (state_sections(other, 2500), attitude_sections)]
+    np.testing.assert_array_equal(*drawn)
 
 
 def test_rotation_bounds_are_shown_without_truth(attitude):
     bare = dataclasses.replace(attitude, log=dataclasses.replace(attitude.log, truth={}))
-    errors = of(bare, "Errors")
+    errors = error_sections(bare, 2500)[0]
     assert len(errors.figure.layout.annotations) == 3
     assert "no truth" in errors.caption
 
@@ -196,8 +199,8 @@ def test_positions_are_known_by_name_and_unit(signals, pairs):
     assert position_pairs(make_space(signals)) == pairs
 
 
-def test_the_path_is_drawn_to_scale_with_ellipses(vehicle):
-    section = of(vehicle, "Trajectory")
+def test_the_path_is_drawn_to_scale_with_ellipses(vehicle_sections):
+    section = of(vehicle_sections, "Trajectory")
     assert section.figure.layout.yaxis.scaleanchor == "x"
     assert len(lines(section, "estimate")[0].x) == 600
     ellipses = lines(section, "95 % ellipses")[0]
@@ -206,12 +209,13 @@ def test_the_path_is_drawn_to_scale_with_ellipses(vehicle):
 
 def test_long_records_are_thinned_and_say_so(walk):
     result = walk(30_000)
-    for section in figures_of(result):
+    sections = figures_of(result)
+    for section in sections:
         longest = max(len(trace.x) for trace in section.figure.data)
         # A band is drawn forth and back.
         assert longest <= 2 * 2500 + 1
         assert ("Thinned from 30,000 rows" in section.caption) == (section.title != "Whiteness")
-    truth, estimate = (lines(of(result, "States"), name)[0] for name in ("truth", "estimate"))
+    truth, estimate = (lines(of(sections, "States"), name)[0] for name in ("truth", "estimate"))
     for trace, values in ((truth, result.log.truth["level"]), (estimate, result["level"])):
         np.testing.assert_allclose([np.min(trace.y), np.max(trace.y)], [values.min(), values.max()], rtol=1e-6)
 
@@ -259,8 +263,12 @@ def test_many_states_are_shared_out_over_figures_that_fit_a_page():
     model = gf.linear_model(0.9 * np.eye(n), np.eye(n)[:2], Q=0.1 * np.eye(n), R=np.eye(2))
     prior = gf.make_prior(model, np.zeros(n), np.ones(n))
     log = gf.draw_log(model, prior, np.arange(80.0), key=jax.random.key(0))
-    sections = figures_of(gf.run(gf.kalman_filter(), model, prior, log))
-    states = [section for section in sections if section.title == "States"]
+    states = state_sections(gf.run(gf.kalman_filter(), model, prior, log), 2500)
     assert [len(section.figure.layout.annotations) for section in states] == [4, 4, 4]
-    assert states[1].caption == "Continued."
-    assert all(section.figure.layout.height < 860 for section in sections)
+    assert all(section.figure.layout.height < 860 for section in states)
+
+
+def test_neighbours_that_say_the_same_say_it_once(attitude_sections):
+    captions = [section.caption for section in attitude_sections if section.title == "Errors"]
+    assert captions[1:] == ["Continued."]
+    assert captions[0].startswith("Truth minus estimate")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import importlib
 import json
 import os
@@ -12,7 +13,6 @@ from pathlib import Path
 
 import pytest
 
-import gainful as gf
 import gainful.report
 from gainful.errors import ConfigError, MissingExtraError
 from gainful.report import Table, figures_of, write_report
@@ -82,8 +82,8 @@ def test_plotly_is_embedded_once(page):
     assert sum(len(text) > 1_000_000 for text in page.texts["script"]) == 1
 
 
-def test_every_figure_is_there_with_its_words(page, vehicle):
-    sections = figures_of(vehicle)
+def test_every_figure_is_there_with_its_words(page, vehicle_sections):
+    sections = vehicle_sections
     figures = [text for text in page.texts["script"] if text.startswith("{")]
     assert len(figures) == len(sections) == len(page.all("figure"))
     for text, section, caption in zip(figures, sections, page.texts["figcaption"], strict=True):
@@ -116,8 +116,6 @@ def test_header_tells_counts_facts_and_verdict(page):
 
 
 def test_warnings_are_shown(walk, tmp_path):
-    import dataclasses
-
     result = dataclasses.replace(walk(50), warnings=("Q is per step & the steps vary",))
     page = Page(write_report(result, tmp_path / "a.html", title="a", facts=[], verdict="?"))
     assert "Q is per step & the steps vary" in page.texts["li"]
@@ -192,8 +190,8 @@ def test_a_long_record_makes_a_small_file(walk, tmp_path):
     assert "Thinned from 100,000 rows" in path.read_text(encoding="utf-8")
 
 
-def test_smoothed_results_report_both_estimates(vehicle, tmp_path):
-    text = write_report(gf.smooth(vehicle), tmp_path / "a.html", title="a", facts=[], verdict="?").read_text()
+def test_smoothed_results_report_both_estimates(smoothed, tmp_path):
+    text = write_report(smoothed, tmp_path / "a.html", title="a", facts=[], verdict="?").read_text()
     assert '"name":"smoothed estimate"' in text
     assert '"name":"filtered"' in text
 
@@ -205,7 +203,7 @@ def test_smoothed_results_report_both_estimates(vehicle, tmp_path):
         (123456, "123,456"),
         (54321.6, "54,322"),
         (1.5e-7, "1.5e-07"),
-        (float("nan"), "–"),
+        (float("nan"), "\N{EN DASH}"),
         ("a", "a"),
     ],
 )

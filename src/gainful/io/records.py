@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import DataError, did_you_mean
+from ..errors import ConfigError, DataError, did_you_mean
 from ..models import AbstractModel
 from ..running import Log, make_log
 from ..spaces import AbstractSpace, Circle
@@ -30,6 +30,7 @@ def read_log(model: AbstractModel, source: Source, base: Path | str = ".") -> Lo
         base: folder that `source.folder` is relative to.
 
     Raises:
+        ConfigError: a signal that the model does not have, an input without a column, or no file.
         DataError: a file, column, time or number that cannot be used; the message says which.
         UnitError: a unit that does not convert.
     """
@@ -39,13 +40,13 @@ def read_log(model: AbstractModel, source: Source, base: Path | str = ".") -> Lo
     _known("inputs", source.inputs, list(model.inputs))
     for name in model.inputs:
         if name not in source.inputs:
-            raise DataError(f"inputs: the model's input {name!r} has no column")
+            raise ConfigError(f"inputs: the model's input {name!r} has no column")
     outputs = {
         name: merge_duplicates(reader.series(name, where, groups[name][1]), name, source.duplicates)
         for name, where in source.outputs.items()
     }
     inputs = {
-        name: _input_series(reader.series(name, source.inputs[name], (unit,)), name)
+        name: _input_series(reader.series(name, source.inputs[name], (unit,)), name, source.duplicates)
         for name, unit in zip(model.inputs, model.input_units, strict=True)
     }
     t, turn = _timeline(outputs, inputs)
@@ -78,17 +79,19 @@ def signal_groups(space: AbstractSpace) -> dict[str, tuple[slice, tuple[str, ...
 def _known(role: str, given: dict[str, Column], known: list[str]) -> None:
     for name in given:
         if name not in known:
-            raise DataError(f"{role}: {name!r} is not a signal of the model; {did_you_mean(name, known)}")
+            raise ConfigError(f"{role}: {name!r} is not a signal of the model; {did_you_mean(name, known)}")
     if role == "outputs" and not given:
-        raise DataError(f"outputs: expected at least one of {', '.join(known)}, got none")
+        raise ConfigError(f"outputs: expected at least one of {', '.join(known)}, got none")
 
 
-def _input_series(series: Series, name: str) -> Series:
-    """An input without missing values: a gap holds what was there before, as the input itself does."""
+def _input_series(series: Series, name: str, duplicates: str) -> Series:
+    """An input without missing values: a gap holds what was there before, as the input itself does.
+
+    An input has one value at a time: of several kept, the last counts.
+    """
     present = np.isfinite(series.values[:, 0])
-    t, values = series.t[present], series.values[present]
-    last = np.append(np.diff(t) > 0, True)
-    return Series(t[last], values[last], series.sorted_rows)
+    known = Series(series.t[present], series.values[present], series.sorted_rows)
+    return merge_duplicates(known, name, "last" if duplicates == "keep" else duplicates)
 
 
 def _timeline(outputs: dict[str, Series], inputs: dict[str, Series]) -> tuple[np.ndarray, np.ndarray]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import DataError
+from ..errors import ConfigError, DataError
 from .source import Column, Source
 from .tables import Table, read_table
 from .units import convert
@@ -44,7 +44,7 @@ class Reader:
     def _table(self, name: str, signal: str) -> Table:
         name = name or self._source.file
         if not name:
-            raise DataError(f"signal {signal!r}: no file given, neither its own nor the record's")
+            raise ConfigError(f"signal {signal!r}: no file given, neither its own nor the record's")
         if name not in self._tables:
             table = read_table(self._folder / name)
             for frame in self._source.local:
@@ -59,13 +59,13 @@ class Reader:
         """The signal `name` in the given units, one per column."""
         columns = [where.column] if isinstance(where.column, str) else list(where.column)
         if len(columns) != len(units):
-            raise DataError(f"signal {name!r}: expected {len(units)} columns, got {columns}")
+            raise ConfigError(f"signal {name!r}: expected {_columns(len(units))}, got {columns}")
         table = self._table(where.file, name)
         if where.where:
-            table = table.where(where.where)
+            whole, table = table, table.where(where.where)
             if not len(table.frame):
-                raise DataError(f"signal {name!r}: no row of {table.path.name} has {_listed(where.where)}")
-        t = convert(table.numbers(where.time or self._source.time), self._source.time_unit, "s", "time")
+                raise DataError(f"signal {name!r}: no row of {table.path.name} has {_listed(where.where, whole)}")
+        t = table.times(where.time or self._source.time, self._source.time_unit)
         self._check_times(t, table, name)
         values = np.stack([table.numbers(column) for column in columns], axis=1)
         for marker in where.missing:
@@ -74,39 +74,45 @@ class Reader:
             k, j = np.argwhere(np.isinf(values))[0]
             raise DataError(
                 f"signal {name!r}: expected a finite number or an empty cell, got {values[k, j]} in column "
-                f"{columns[j]!r} of {table.path.name} at t = {t[k]:.9g} s"
+                f"{columns[j]!r} of {table.path.name} in {table.row(int(k))} at t = {t[k]:.9g} s"
             )
         if not np.isfinite(values).any():
             raise DataError(f"signal {name!r}: column {columns[0]!r} of {table.path.name} holds no number at all")
-        values = values * where.scale
-        values = np.stack(
-            [convert(v, where.unit or unit, unit, name) for v, unit in zip(values.T, units, strict=True)], axis=1
-        )
+        values = np.stack([_in_unit(v * where.scale, where, unit, name) for v, unit in zip(values.T, units, strict=True)], axis=1)
         order = np.argsort(t, kind="stable")
         late = int(np.count_nonzero(np.diff(t) < 0))
         t, values = t[order], values[order]
         if where.increment:
             steps = np.diff(t)
             if (steps <= 0).any():
-                raise DataError(f"signal {name!r}: an increment needs times that increase, got {t[1:][steps <= 0][0]:.9g} s twice")
+                twice = t[1:][steps <= 0][0]
+                raise DataError(f"signal {name!r}: an increment needs times that increase, got t = {twice:.9g} s twice")
             t, values = t[1:], values[1:] / steps[:, None]
         return Series(t, values, late)
 
     def _check_times(self, t: np.ndarray, table: Table, name: str) -> None:
         bad = np.flatnonzero(~np.isfinite(t))
         if bad.size:
-            raise DataError(f"{table.path.name}: expected a time in every row, got none in data row {int(bad[0])}")
+            raise DataError(f"{table.path.name}: expected a time in every row, got none in {table.row(int(bad[0]))}")
         back = np.flatnonzero(np.diff(t) < 0)
         if back.size and self._source.late == "refuse":
             k = int(back[0]) + 1
             raise DataError(
-                f"{table.path.name}: time goes back from {t[k - 1]:.9g} s to {t[k]:.9g} s in data row {k} of signal "
+                f"{table.path.name}: time goes back from {t[k - 1]:.9g} s to {t[k]:.9g} s in {table.row(k)} of signal "
                 f"{name!r} ({back.size} such rows); late = \"sort\" sorts them"
             )
 
 
+def _in_unit(values: np.ndarray, where: Column, unit: str, name: str) -> np.ndarray:
+    """A column in the model's unit; an increment is in that unit times seconds until it is divided by its time."""
+    if not where.unit:
+        return values
+    return convert(values, where.unit, f"({unit}) * s" if where.increment else unit, name)
+
+
 def merge_duplicates(series: Series, name: str, how: str) -> Series:
-    """The signal with several values at one time reduced, kept or refused."""
+    """The signal with several values at one time reduced, kept or refused; a missing one beside another is none."""
+    series = _without_idle_rows(series)
     same = np.flatnonzero(np.diff(series.t) == 0)
     if not same.size or how == "keep":
         return series
@@ -122,5 +128,23 @@ def merge_duplicates(series: Series, name: str, how: str) -> Series:
     return Series(series.t[pick], series.values[pick], series.sorted_rows)
 
 
-def _listed(where: dict[str, object]) -> str:
-    return ", ".join(f"{column} = {value!r}" for column, value in where.items())
+def _without_idle_rows(series: Series) -> Series:
+    """The signal without missing values at times at which it has another value: that row was another signal's."""
+    present = np.isfinite(series.values).any(axis=1)
+    _, moment = np.unique(series.t, return_inverse=True)
+    known = np.bincount(moment, weights=present)[moment] > 0
+    # Where nothing is known, the first row of each time stands for all of them.
+    keep = np.where(known, present, np.append(True, np.diff(series.t) > 0))
+    return Series(series.t[keep], series.values[keep], series.sorted_rows)
+
+
+def _columns(count: int) -> str:
+    return "one column" if count == 1 else f"{count} columns"
+
+
+def _listed(where: dict[str, object], whole: Table) -> str:
+    asked = ", ".join(f"{column} = {value!r}" for column, value in where.items())
+    if len(where) > 1:
+        return f"{asked} at once"
+    found = whole.frame[next(iter(where))].dropna().unique().tolist()
+    return f"{asked}; it has {', '.join(map(repr, found[:6]))}{', ...' if len(found) > 6 else ''}"

@@ -17,7 +17,7 @@ class Column:
     Attributes:
         column: its column, or four for a quaternion (scalar last).
         file: its file; the record's default file if empty.
-        unit: of the numbers in the file; the model's own if empty.
+        unit: of the numbers in the file; the model's own if empty. Of an increment, that of the change: "deg", not "deg/s".
         time: its time column; the record's if empty.
         where: take only rows in which these columns have these values.
         increment: the numbers are changes since the last row; they are divided by the time since then.
@@ -72,10 +72,10 @@ class Source:
         folder: of the files, relative to the configuration.
         file: default file.
         time: default time column.
-        time_unit: its unit; a column of dates is read as seconds since 1970.
+        time_unit: its unit; dates (also written out, ISO 8601, UTC) are read as seconds since 1970.
         late: "refuse" rows whose time goes back, or "sort" them.
         duplicates: rows of one signal at one time: "refuse", "keep" as separate measurements, or take the "first" or the
-            "last".
+            "last". Rows in which a signal is missing do not count; of an input's values kept, the last holds.
         max_step: longest interval predicted in one go [s]; longer ones are split.
         start: leave out rows before this time [s].
         stop: leave out rows after this time [s].

@@ -46,7 +46,8 @@ def convert(values: np.ndarray, unit: str, target: str, signal: str) -> np.ndarr
         try:
             parsed.append(registry.Unit("dimensionless" if name == "1" else name))
         except Exception as problem:  # pint raises a different class for each way a unit can be wrong
-            raise UnitError(f"signal {signal!r}: {name!r} is not a unit: {problem}") from problem
+            reason = f": {problem}" if str(problem) else ""
+            raise UnitError(f"signal {signal!r}: {name!r} is not a unit{reason}") from problem
     try:
         return np.asarray(registry.Quantity(values, parsed[0]).to(parsed[1]).magnitude, dtype=float)
     except Exception as problem:

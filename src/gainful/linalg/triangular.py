@@ -22,12 +22,13 @@ def triangularize(columns: Float[Array, "n k"]) -> Float[Array, "n n"]:
     if n > UNROLL_LIMIT:
         lower = jnp.linalg.qr(columns.T, mode="r").T
         return lower * jnp.where(jnp.diagonal(lower) < 0, -1.0, 1.0)
-    rest, out = columns, []
     first = jnp.arange(k) == 0
-    for j in range(n):
-        # Reflect the first remaining row onto the first axis, then take that axis out of the rows below. A row already
-        # zero takes no axis out: its column of L is zero, as in `root`.
-        row = rest[0]
+
+    def reflect(j: Array, held: tuple[Array, Array]) -> tuple[Array, Array]:
+        # Reflect row j onto the first axis, then take that axis out of all rows. A row already zero takes no axis out: its
+        # column of L is zero, as in `root`.
+        rest, lower = held
+        row = rest[j]
         square = row @ row
         present = square > 0
         norm = jnp.where(present, jnp.sqrt(jnp.where(present, square, 1.0)), 0.0)
@@ -35,12 +36,13 @@ def triangularize(columns: Float[Array, "n k"]) -> Float[Array, "n n"]:
         mirror = row + jnp.where(first, sign * norm, 0.0)
         length = norm * (norm + jnp.abs(row[0]))
         weight = jnp.where(present, 1.0 / jnp.where(present, length, 1.0), 0.0)
-        below = rest[1:]
-        below = below - (weight * (below @ mirror))[:, None] * mirror[None, :]
-        taken = jnp.where(present, -sign * below[:, 0], 0.0)
-        out.append(jnp.concatenate([jnp.zeros(j, rest.dtype), norm[None], taken]))
-        rest = jnp.where(first & present, 0.0, below)
-    return jnp.stack(out, axis=1)
+        rest = rest - (weight * (rest @ mirror))[:, None] * mirror[None, :]
+        below = jnp.where(jnp.arange(n) > j, -sign * rest[:, 0], 0.0)
+        column = jnp.where(jnp.arange(n) == j, norm, jnp.where(present, below, 0.0))
+        return jnp.where(first & present, 0.0, rest), lower.at[:, j].set(column)
+
+    # Rolled: unrolled, the reflections of a large array take longer to compile than most programs that use them.
+    return jax.lax.fori_loop(0, n, reflect, (columns, jnp.zeros((n, n), columns.dtype)))[1]
 
 
 def downdate(lower: Float[Array, "n n"], column: Float[Array, " n"]) -> tuple[Float[Array, "n n"], Bool[Array, ""]]:

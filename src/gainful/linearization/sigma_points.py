@@ -67,8 +67,15 @@ def _mean_and_spread(
 ) -> tuple[Float[Array, " size"], Float[Array, "dof k"]]:
     """The weighted mean in the space, and how each point differs from it."""
     w = jnp.asarray(weights, images.dtype)
-    mean = images[0]
-    for _ in range(_MEAN_ITERATIONS if space.curved else 1):
-        away = jax.vmap(space.minus, in_axes=(0, None))(images, mean)
-        mean = space.plus(mean, w @ away)
-    return mean, jax.vmap(space.minus, in_axes=(0, None), out_axes=1)(images, mean)
+
+    def differences(mean: Array, out_axis: int) -> Array:
+        return jax.vmap(space.minus, in_axes=(0, None), out_axes=out_axis)(images, mean)
+
+    def improve(mean: Array) -> Array:
+        return space.plus(mean, w @ differences(mean, 0))
+
+    if space.curved:
+        mean = jax.lax.fori_loop(0, _MEAN_ITERATIONS, lambda _, mean: improve(mean), images[0])
+    else:
+        mean = improve(images[0])
+    return mean, differences(mean, 1)

@@ -27,7 +27,11 @@ from .panels import FONT, Section
 Judgement = Literal["good", "bad", "unknown"]
 """What a verdict comes to."""
 
-_WORDS = {"good": ("✓", "Consistent"), "bad": ("✕", "Not consistent"), "unknown": ("?", "Undecided")}
+_WORDS: dict[Judgement, tuple[str, str]] = {
+    "good": ("✓", "Consistent"),
+    "bad": ("✕", "Not consistent"),
+    "unknown": ("?", "Undecided"),
+}
 _STATUS = {
     Status.ok: "updated",
     Status.missing: "without a measurement",
@@ -82,8 +86,7 @@ def write_report(
         OSError: the file could not be written; an older one is left as it was.
     """
     if judgement is None:
-        heads = (kind for kind, (_, word) in _WORDS.items() if verdict.lower().startswith(word.lower()))
-        judgement = next(heads, "unknown")
+        judgement = _told_by(verdict)
     if judgement not in _WORDS:
         raise ConfigError(f"judgement: expected one of {', '.join(map(repr, _WORDS))}, got {judgement!r}")
     path = Path(path)
@@ -91,6 +94,13 @@ def write_report(
     path.parent.mkdir(parents=True, exist_ok=True)
     _replace(path, text)
     return path
+
+
+def _told_by(verdict: str) -> Judgement:
+    for kind, (_, word) in _WORDS.items():
+        if verdict.lower().startswith(word.lower()):
+            return kind
+    return "unknown"
 
 
 def _replace(path: Path, text: str) -> None:
@@ -113,7 +123,7 @@ def _page(
     judgement: Judgement,
     tables: Sequence[Table],
 ) -> str:
-    here = resources.files(__package__)
+    here = resources.files("gainful.report")
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )

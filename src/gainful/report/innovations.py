@@ -180,7 +180,7 @@ def nis_sections(result: Result, found: Innovations, limit: int) -> list[Section
     low, high = (scipy.special.chdtri(degrees, tail) / degrees for tail in (0.975, 0.025))
     test = nis_test(result)
     notes = (f"mean {test.mean:.3g}", f"95 %: {test.lower:.3g} … {test.upper:.3g}")
-    figure = panels([label("NIS per component", "1", *notes)], (found.t[0], found.t[-1]))
+    figure = panels([label("NIS", "1", *notes)], (found.t[0], found.t[-1]))
     single = squares / count
     shown = scattered(single, limit)
     marker = {"size": 3.5, "color": SKY, "opacity": 0.55}

@@ -44,17 +44,18 @@ def state_sections(result: Result, limit: int) -> list[Section]:
         for panel, i in enumerate(group, start=1):
             between = None
             if np.isfinite(lower[:, i]).any():
-                times, middle, *between = drawable(t, drawn[:, i], lower[:, i], upper[:, i], limit=limit)
-                add_band(figure, panel, times, *between, "95 % band")
+                times, middle, low, high = drawable(t, drawn[:, i], lower[:, i], upper[:, i], limit=limit)
+                between = (low, high)
+                add_band(figure, panel, times, low, high, "95 % band")
             else:
                 times, middle = drawable(t, drawn[:, i], limit=limit)
             if filtered is not None:
-                own = drawable(t, filtered[:, i], limit=limit)
-                add_line(figure, panel, *own, "filtered", color=ORANGE, width=1, dash="dot")
+                own_times, own = drawable(t, filtered[:, i], limit=limit)
+                add_line(figure, panel, own_times, own, "filtered", color=ORANGE, width=1, dash="dot")
             add_line(figure, panel, times, middle, kind, color=BLUE, width=1.8, between=between)
-            known = drawable(t, truth[:, i], limit=limit)
-            if len(known[0]):
-                add_line(figure, panel, *known, "truth", color=BLACK, width=1.3, dash="dash")
+            true_times, known = drawable(t, truth[:, i], limit=limit)
+            if len(known):
+                add_line(figure, panel, true_times, known, "truth", color=BLACK, width=1.3, dash="dash")
             low, high, here = settled_range(t, [drawn[:, i], truth[:, i]], [lower[:, i], upper[:, i]])
             set_range(figure, panel, low, high)
             cut |= here
@@ -72,7 +73,7 @@ def _state_caption(result: Result, names: list[str], with_truth: bool) -> str:
     if result.smoothed:
         words = "Smoothed estimates with their 95 % bands, and the filter's own estimates as thin dots"
     words += "; the truth is dashed." if with_truth else "."
-    if failed_rows(result)[result.log.kept].any():
+    if np.any(failed_rows(result) & result.log.kept):
         words += " Rows that failed are left out."
     if circles:
         words += " Angles are unwrapped."
@@ -87,7 +88,7 @@ def error_sections(result: Result, limit: int) -> list[Section]:
     t, error, sigma = result.t[kept], result.error()[kept], result.std[kept]
     sigma[failed_rows(result)[kept]] = np.nan
     error[np.isnan(sigma)] = np.nan
-    known, notes = np.isfinite(error).any(axis=0), _error_notes(result)
+    known, notes = np.asarray(np.isfinite(error).any(axis=0)), _error_notes(result)
     rotations = np.concatenate([np.full(part.dof, part.size != part.dof) for part in space.parts])
     drawn = np.flatnonzero(known | rotations)
     sections = []
@@ -102,9 +103,9 @@ def error_sections(result: Result, limit: int) -> list[Section]:
             bound = Z * sigma[:, j]
             times, high = drawable(t, bound, limit=limit)
             add_band(figure, panel, times, -high, high, BOUND, fill=PALE, edge=GREY)
-            line = drawable(t, error[:, j], limit=limit)
-            if len(line[0]):
-                add_line(figure, panel, *line, "truth minus estimate", color=BLUE, width=1.4)
+            times, line = drawable(t, error[:, j], limit=limit)
+            if len(line):
+                add_line(figure, panel, times, line, "truth minus estimate", color=BLUE, width=1.4)
             low, high, here = settled_range(t, [], [error[:, j], bound, -bound])
             set_range(figure, panel, low, high, zero=True)
             cut |= here

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import os
+import traceback
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..errors import ModelError, NumericalError, PrecisionError, ShapeError, Status
+from ..errors import GainfulError, ModelError, NumericalError, PrecisionError, ShapeError, Status
 from ..estimates import AbstractEstimate
 from ..filters import AbstractEstimator
 from ..linalg import check_covariance
@@ -36,8 +40,7 @@ def check_problem(
         if not isinstance(value, kind):
             hint = {"prior": "; make one with make_prior", "data": "; make one with make_log"}.get(role, "")
             raise ShapeError(f"{role}: expected {kind.__name__}, got {type(value).__name__}{hint}")
-    if prior.space.names != model.space.names:
-        raise ShapeError(f"prior: expected the states {model.space.names}, got {prior.space.names}")
+    _check_prior(model, prior)
     widths = {"y": (data.y, model.output.size), "seen": (data.seen, model.output.dof), "u": (data.u, len(model.inputs))}
     for name, (array, width) in widths.items():
         if array.shape != (len(data), width):
@@ -48,6 +51,25 @@ def check_problem(
     if not data.seen.any():
         warnings.append("nothing was measured: the estimates are the prior carried forward")
     return tuple(warnings)
+
+
+def _check_prior(model: AbstractModel, prior: AbstractEstimate) -> None:
+    """What `make_prior` makes sure of, for an estimate made by hand or for another model."""
+    space = model.space
+    for kind in ("names", "tangent_names"):
+        expected, given = getattr(space, kind), getattr(prior.space, kind)
+        if given != expected:
+            raise ShapeError(f"prior: expected the states {', '.join(expected)}, got {', '.join(given)}")
+    for role, array, shape in (("mean", prior.mean, (space.size,)), ("cov", prior.cov, (space.dof, space.dof))):
+        if array.shape != shape:
+            raise ShapeError(f"prior {role}: expected shape {shape}, got {array.shape}; make it with make_prior")
+        if not jnp.issubdtype(array.dtype, jnp.floating):
+            raise ShapeError(f"prior {role}: expected floating-point numbers, got {array.dtype}; make it with make_prior")
+    bad = np.flatnonzero(~np.isfinite(np.asarray(prior.mean)))
+    if bad.size:
+        k = int(bad[0])
+        raise ShapeError(f"prior mean of {space.names[k]!r}: expected a finite number, got {prior.mean[k]}")
+    check_covariance(np.asarray(prior.cov), "prior cov", space.tangent_names)
 
 
 def _check_precision(prior: AbstractEstimate, data: Log) -> None:
@@ -87,20 +109,43 @@ def _first_moment(model: AbstractModel, prior: AbstractEstimate, data: Log) -> t
 
 
 def _check_functions(model: AbstractModel, prior: AbstractEstimate, data: Log) -> None:
-    """Trace the model's functions once, so that a wrong shape is reported in their own terms."""
+    """Trace the model's functions once, so that a wrong shape or a mistake is reported in their own terms."""
     x, when = _first_moment(model, prior, data)
-    jax.eval_shape(lambda: (model.transition(x, when), model.observe(x, when)))
-    jax.eval_shape(lambda: (model.process_noise(x, when), model.measurement_noise(x, when)))
+    own = {"f": model.transition, "h": model.observe, "Q": model.process_noise, "R": model.measurement_noise}
+    for role, fn in own.items():
+        try:
+            jax.eval_shape(lambda x, when, fn=fn: fn(x, when), x, when)
+        except GainfulError:
+            raise
+        except Exception as problem:  # a user's function raises whatever it likes
+            raise ModelError(f"{role}: failed{place_of(problem)}: {_explained(problem)}") from problem
     matrices = [leaf for leaf in jax.tree.leaves(model, is_leaf=_is_matrix) if _is_matrix(leaf)]
     if matrices and all(matrix.fn is None for matrix in matrices):
         return  # given as numbers, and checked when the model was made
-    for role, fn, names in (
-        ("Q", model.process_noise, model.space.tangent_names),
-        ("R", model.measurement_noise, model.output.tangent_names),
-    ):
-        value = np.asarray(jax.jit(lambda fn=fn: fn(x, when))())
+    for role, names in (("Q", model.space.tangent_names), ("R", model.output.tangent_names)):
+        value = np.asarray(jax.jit(lambda fn=own[role]: fn(x, when))())
         if np.isfinite(value).all():
             check_covariance(value, f"{role} at t = {float(when.t):.6g} s", names)
+
+
+_LIBRARIES = tuple(os.path.dirname(module.__file__) for module in (jax, eqx, np)) + (str(Path(__file__).parents[1]),)
+
+
+def place_of(problem: BaseException) -> str:
+    """Where in a user's file an exception comes from, as " at file.py line 3"; nothing if it does not."""
+    frames = traceback.extract_tb(problem.__traceback__)
+    own = [f for f in frames if not f.filename.startswith(("<", *_LIBRARIES))]
+    return f" at {Path(own[-1].filename).name} line {own[-1].lineno}" if own else ""
+
+
+def _explained(problem: Exception) -> str:
+    hints = {
+        jax.errors.TracerArrayConversionError: "it needs jax.numpy in place of numpy",
+        jax.errors.TracerBoolConversionError: "it needs jnp.where in place of if",
+        jax.errors.ConcretizationTypeError: "it needs jax.numpy in place of float(), int() and Python's own math",
+    }
+    text = (str(problem).splitlines() or [""])[0]
+    return next((hint for kind, hint in hints.items() if isinstance(problem, kind)), f"{type(problem).__name__}: {text}")
 
 
 def _is_matrix(leaf: Any) -> bool:
@@ -111,41 +156,68 @@ def raise_failure(result: Result) -> None:
     """Raise for the first failed step, naming row, time, cause and what to try."""
     failed = np.flatnonzero(result.status >= Status.not_positive)
     if not failed.size:
+        _raise_negative(result)
         return
     k = int(failed[0])
-    status = Status(int(result.status[k]))
-    model, log = result.model, result.log
-    row = int(np.count_nonzero(log.kept[:k]))
+    # A covariance of NaN is not positive either, but that is not what went wrong.
+    status = Status(int(result.status[k])) if np.isfinite(result.residual_cov[k]).all() else Status.nonfinite
+    log = result.log
     before = result.prior.mean if k == 0 else jnp.asarray(result.mean[k - 1])
-    head = f"row {row} at t = {log.t[k]:.9g} s: {status.sentence}"
-    cause = _cause(model, log, k, before, status, result)
+    cause = _cause(result.model, log, k, before, status, result)
     more = f"; {failed.size - 1} later rows failed too" if failed.size > 1 else ""
-    raise NumericalError(f"{head}. {cause}{more}")
+    raise NumericalError(f"{_row(log, k)}: {status.sentence}. {cause}{more}")
+
+
+def _row(log: Log, k: int) -> str:
+    return f"row {int(np.count_nonzero(log.kept[:k]))} at t = {log.t[k]:.9g} s"
+
+
+def _raise_negative(result: Result) -> None:
+    """A covariance that went negative without any step noticing: Q or R are no covariances further along."""
+    variances = np.diagonal(result.cov, axis1=1, axis2=2)
+    negative = np.argwhere(variances < -1e-8 * np.abs(variances).max(axis=0, initial=0.0))
+    if negative.size:
+        k, j = (int(i) for i in negative[0])
+        name = result.model.space.tangent_names[j]
+        raise NumericalError(
+            f"{_row(result.log, k)}: the variance of {name!r} came out as {variances[k, j]:.6g}; "
+            "check that Q and R are covariances at all times"
+        )
 
 
 def _cause(model: AbstractModel, log: Log, k: int, x: jax.Array, status: Status, result: Result) -> str:
     state = _listed(model.space.names, np.asarray(x))
     when = jax.tree.map(lambda v: jnp.asarray(v, x.dtype), Instant(log.t[k], log.dt[k], log.u[k]))  # type: ignore[arg-type]
+    moved = model.transition(x, when)
+    if not np.isfinite(np.asarray(moved)).all():
+        return f"f returned {_bad(model.space.names, np.asarray(moved))} from the state {state}"
+    there = _listed(model.space.names, np.asarray(moved))
+    noises = {"Q": (model.process_noise(x, when), state), "R": (model.measurement_noise(moved, when), there)}
+    for role, (noise, where) in noises.items():
+        if not np.isfinite(np.asarray(noise)).all():
+            return f"{role} is not finite at the state {where}"
+    y = np.asarray(model.observe(moved, when))
+    if not np.isfinite(y).all():
+        return f"h returned {_bad(model.output.names, y)} at the state {there}"
+    slope = np.asarray(jax.jacfwd(lambda x: model.transition(x, when))(x))
+    for role, derivative, where in (
+        ("f", slope, state),
+        ("h", np.asarray(jax.jacfwd(lambda x: model.observe(x, when))(moved)), there),
+    ):
+        if not np.isfinite(derivative).all():
+            return f"the derivative of {role} is not finite at the state {where}; sqrt and norm have none at 0"
     if status == Status.nonfinite:
-        moved = np.asarray(model.transition(x, when))
-        if not np.isfinite(moved).all():
-            return f"f returned {_bad(model.space.names, moved)} from the state {state}"
-        noise = np.asarray(model.process_noise(x, when))
-        if not np.isfinite(noise).all():
-            return f"Q is not finite at the state {state}"
-        if not np.isfinite(np.asarray(result.cov[max(k - 1, 0)])).all() or not np.isfinite(moved).all():
+        reach = np.abs(result.std[max(k - 1, 0)]).max() * max(1.0, float(np.abs(slope).max()))
+        if reach > 1e100:
             return f"the covariance overflowed near the state {state}; check the units and the size of Q and P0"
-        y = np.asarray(model.observe(jnp.asarray(moved), when))
-        if not np.isfinite(y).all():
-            return f"h returned {_bad(model.output.names, y)} at the state {_listed(model.space.names, moved)}"
-        if not np.isfinite(np.asarray(model.measurement_noise(jnp.asarray(moved), when))).all():
-            return f"R is not finite at the state {_listed(model.space.names, moved)}"
-        return f"a derivative of f or h is not finite near the state {state}; sqrt and norm have none at 0"
+        return f"f or h is not finite within a sigma or so of the state {state}"
     signals = [name for name, seen in zip(model.output.tangent_names, log.seen[k], strict=True) if seen]
-    variances = np.diag(np.asarray(model.measurement_noise(x, when)))
-    zero = [name for name, v in zip(model.output.tangent_names, variances, strict=True) if v <= 0 and name in signals]
-    if zero:
-        return f"R is 0 for {zero[0]!r}, and its prediction is certain already; give it the sensor's variance"
+    for role, names in (("Q", model.space.tangent_names), ("R", model.output.tangent_names)):
+        for name, variance in zip(names, np.diag(np.asarray(noises[role][0])), strict=True):
+            if variance < 0:
+                return f"{role}: expected variances of at least 0, got {variance:.6g} for {name!r}"
+            if role == "R" and variance == 0 and name in signals:
+                return f"R is 0 for {name!r}, and its prediction is certain already; give it the sensor's variance"
     return f"measured: {', '.join(signals)}; check that P0, Q and R are covariances in matching units, or use square_root=True"
 
 

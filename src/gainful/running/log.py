@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
-from ..errors import DataError, ShapeError, did_you_mean
+from ..errors import ConfigError, DataError, ShapeError, did_you_mean
 from ..models import AbstractModel
 
 
@@ -76,7 +77,8 @@ def make_log(
 
     Raises:
         ShapeError: an array whose size does not fit the model or the times.
-        DataError: times that decrease or are not finite, an infinite measurement, or a missing input.
+        DataError: times that decrease or are not finite, text, an infinite measurement, or a missing input.
+        ConfigError: a longest step that is not above zero.
 
     Example:
         >>> from gainful.models import linear_model
@@ -99,7 +101,7 @@ def make_log(
         _not_infinite(y[:, j], name, times)
     for j, name in enumerate(model.inputs):
         _finite_rows(u[:, j], f"input {name!r}", times)
-    y, seen = _fill(model, y)
+    y, seen = fill_missing(model, y)
     first = times[0] if start is None else float(start)
     if not first <= times[0]:
         raise DataError(f"start: expected a time not after the first row's {times[0]:.9g} s, got {first:.9g} s")
@@ -108,26 +110,52 @@ def make_log(
 
 
 def _column(values: Any, name: str) -> np.ndarray:
-    try:
-        array = np.asarray(values, dtype=float)
-    except (TypeError, ValueError) as problem:
-        raise DataError(f"{name}: expected numbers, got {type(values).__name__}: {problem}") from problem
+    array = _floats(values, name)
     if array.ndim != 1:
         raise ShapeError(f"{name}: expected one dimension, got shape {array.shape}")
     return array
 
 
 def _table(values: Any, rows: int, names: tuple[str, ...], name: str) -> np.ndarray:
-    try:
-        array = np.asarray(values, dtype=float)
-    except (TypeError, ValueError) as problem:
-        raise DataError(f"{name}: expected numbers, got {type(values).__name__}: {problem}") from problem
+    columns = [str(column) for column in getattr(values, "columns", ())]
+    if columns and sorted(columns) == sorted(names):
+        values = values[list(names)]  # a table says itself which column is which
+    array = _floats(values, name)
     if array.ndim == 1 and len(names) == 1:
         array = array[:, None]
     if array.shape != (rows, len(names)):
         listed = f" ({', '.join(names)})" if names else ""
         raise ShapeError(f"{name}: expected shape ({rows}, {len(names)}){listed}, got {array.shape}")
     return array
+
+
+def _floats(values: Any, name: str) -> np.ndarray:
+    """Numbers as floats; masked ones are missing."""
+    try:
+        kind = np.asarray(values).dtype
+        if kind.kind in "mM":
+            raise DataError(f"{name}: expected seconds, got {kind}; use (t - t[0]) / np.timedelta64(1, 's')")
+        if kind.kind == "c":
+            raise DataError(f"{name}: expected real numbers, got {kind}")
+        if isinstance(values, np.ma.MaskedArray):
+            return values.astype(float).filled(np.nan)
+        return np.asarray(values, dtype=float)
+    except (TypeError, ValueError) as problem:
+        if isinstance(problem, DataError):
+            raise
+        odd = _odd_row(values) or "rows of different lengths"
+        raise DataError(f"{name}: expected numbers, got {odd}") from problem
+
+
+def _odd_row(values: Any) -> str:
+    """The first row that holds no numbers, in words."""
+    rows = getattr(values, "to_numpy", lambda: values)()
+    for k, row in enumerate(rows if isinstance(rows, Iterable) else [rows]):
+        try:
+            np.asarray(row, dtype=float)
+        except (TypeError, ValueError):
+            return f"{row.item() if isinstance(row, np.generic) else row!r} in row {k}"
+    return ""
 
 
 def _finite_rows(values: np.ndarray, name: str, times: np.ndarray) -> None:
@@ -148,7 +176,7 @@ def _not_infinite(values: np.ndarray, name: str, times: np.ndarray) -> None:
         )
 
 
-def _fill(model: AbstractModel, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def fill_missing(model: AbstractModel, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Measured points without NaN, and which degrees of freedom were seen."""
     y, seen, i = y.copy(), [], 0
     for part in model.output.parts:
@@ -190,7 +218,7 @@ def _truth(model: AbstractModel, truth: dict[str, Any] | None, rows: int) -> dic
 def split_long_steps(log: Log, max_step: float) -> Log:
     """The record with rows inserted, measuring nothing, so that no interval is longer than `max_step` [s]."""
     if not (np.isfinite(max_step) and max_step > 0):
-        raise DataError(f"max_step: expected a time above 0 s, got {max_step!r}")
+        raise ConfigError(f"max_step: expected a time above 0 s, got {max_step!r}")
     pieces = np.maximum(1, np.ceil(log.dt / max_step - 1e-9).astype(int))
     if pieces.max() == 1:
         return log

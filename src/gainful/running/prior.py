@@ -13,7 +13,7 @@ from ..errors import CovarianceError, ShapeError, did_you_mean
 from ..estimates import Gaussian
 from ..linalg import check_covariance
 from ..models import AbstractModel
-from ..spaces import AbstractSpace
+from ..spaces import AbstractSpace, Interval
 
 
 def make_prior(model: AbstractModel, mean: Any, std: Any = None, *, cov: Any = None) -> Gaussian:
@@ -44,30 +44,35 @@ def make_prior(model: AbstractModel, mean: Any, std: Any = None, *, cov: Any = N
     if std is not None:
         sigma = _deviations(space, std) * _tangent_scale(space, point)
         cov = np.diag(sigma**2)
-    matrix = np.asarray(cov, dtype=float)
+    matrix = _numbers(cov, "prior cov")
     if matrix.shape != (space.dof, space.dof):
         raise ShapeError(f"prior cov: expected shape ({space.dof}, {space.dof}), got {matrix.shape}")
     check_covariance(matrix, "prior cov", space.tangent_names)
     return Gaussian.start(jnp.asarray(point), jnp.asarray(matrix), space)
 
 
+def _numbers(values: Any, role: str) -> np.ndarray:
+    try:
+        return np.asarray(values, dtype=float)
+    except (TypeError, ValueError) as problem:
+        raise ShapeError(f"{role}: expected numbers, got {values!r}") from problem
+
+
 def _mean(space: AbstractSpace, mean: Any) -> np.ndarray:
     if isinstance(mean, Mapping):
-        out, left = [], dict(mean)
+        _known(mean, "prior mean", space)
+        out = []
         for part in space.parts:
             whole = _whole_name(part)
-            keys = [whole] if whole else list(part.names)
-            for key in keys:
-                if key not in left:
-                    raise ShapeError(f"prior mean: expected a value for {key!r}, got {sorted(mean)}")
-                value = np.atleast_1d(np.asarray(left.pop(key), dtype=float))
-                if value.shape != ((part.size,) if whole else (1,)):
-                    raise ShapeError(f"prior mean of {key!r}: expected {part.size if whole else 1} numbers, got {value}")
+            for key in [whole] if whole else part.names:
+                width = part.size if whole else 1
+                value = np.atleast_1d(_entry(mean, key, "prior mean"))
+                if value.shape != (width,):
+                    raise ShapeError(f"prior mean of {key!r}: expected {_count(width)}, got {mean[key]!r}")
                 out.append(value)
-        _no_more(left, "prior mean", space)
         point = np.concatenate(out)
     else:
-        point = np.asarray(mean, dtype=float)
+        point = _numbers(mean, "prior mean")
     if point.shape != (space.size,):
         raise ShapeError(f"prior mean: expected shape ({space.size},) ({', '.join(space.names)}), got {point.shape}")
     if not np.all(np.isfinite(point)):
@@ -76,7 +81,7 @@ def _mean(space: AbstractSpace, mean: Any) -> np.ndarray:
     defect = np.asarray(space.defect(jnp.asarray(point)))
     if np.any(defect != 0):
         k = int(np.flatnonzero(defect)[0])
-        raise ShapeError(f"prior mean of {space.names[k]!r}: {point[k]:.6g} is outside the state's space ({_rule(space, k)})")
+        raise ShapeError(f"prior mean of {space.names[k]!r}: expected {_rule(space, k)}, got {point[k]:.6g}")
     return np.asarray(space.plus(jnp.asarray(point), jnp.zeros(space.dof)))
 
 
@@ -84,9 +89,11 @@ def _rule(space: AbstractSpace, k: int) -> str:
     start = 0
     for part in space.parts:
         if start <= k < start + part.size:
-            return {"Quaternion": "a unit quaternion", "Positive": "above zero"}.get(type(part).__name__, "inside its bounds")
+            if isinstance(part, Interval):
+                return f"a number between {part.lower:g} and {part.upper:g}"
+            return {"Quaternion": "a unit quaternion", "Positive": "a number above 0"}.get(type(part).__name__, "a point of its space")
         start += part.size
-    return "its space"
+    return "a point of its space"
 
 
 def _whole_name(part: AbstractSpace) -> str | None:
@@ -96,21 +103,20 @@ def _whole_name(part: AbstractSpace) -> str | None:
 
 def _deviations(space: AbstractSpace, std: Any) -> np.ndarray:
     if isinstance(std, Mapping):
-        out, left = [], dict(std)
+        _known(std, "prior std", space)
+        out = []
         for part in space.parts:
             whole = _whole_name(part)
             for key in [whole] if whole else part.names:
-                if key not in left:
-                    raise ShapeError(f"prior std: expected a value for {key!r}, got {sorted(std)}")
-                value = np.atleast_1d(np.asarray(left.pop(key), dtype=float))
+                value = np.atleast_1d(_entry(std, key, "prior std"))
                 width = part.dof if whole else 1
                 if value.shape not in ((1,), (width,)):
-                    raise ShapeError(f"prior std of {key!r}: expected 1 or {width} numbers, got {value}")
+                    wanted = f"1 or {width} numbers" if width > 1 else "1 number"
+                    raise ShapeError(f"prior std of {key!r}: expected {wanted}, got {std[key]!r}")
                 out.append(np.broadcast_to(value, (width,)))
-        _no_more(left, "prior std", space)
         sigma = np.concatenate(out)
     else:
-        sigma = np.asarray(std, dtype=float)
+        sigma = _numbers(std, "prior std")
     if sigma.shape != (space.dof,):
         raise ShapeError(f"prior std: expected shape ({space.dof},) ({', '.join(space.tangent_names)}), got {sigma.shape}")
     bad = np.flatnonzero(~(np.isfinite(sigma) & (sigma >= 0)))
@@ -120,11 +126,21 @@ def _deviations(space: AbstractSpace, std: Any) -> np.ndarray:
     return sigma
 
 
-def _no_more(left: dict[str, Any], role: str, space: AbstractSpace) -> None:
-    if left:
-        name = next(iter(left))
-        known = [_whole_name(part) or key for part in space.parts for key in part.names]
-        raise ShapeError(f"{role}: {name!r} is not a state of the model; {did_you_mean(name, known)}")
+def _count(width: int) -> str:
+    return "1 number" if width == 1 else f"{width} numbers"
+
+
+def _entry(given: Mapping[str, Any], key: str, role: str) -> np.ndarray:
+    if key not in given:
+        raise ShapeError(f"{role}: expected a value for {key!r}, got only {', '.join(map(repr, given)) or 'none'}")
+    return _numbers(given[key], f"{role} of {key!r}")
+
+
+def _known(given: Mapping[str, Any], role: str, space: AbstractSpace) -> None:
+    names = list(dict.fromkeys(_whole_name(part) or key for part in space.parts for key in part.names))
+    for name in given:
+        if name not in names:
+            raise ShapeError(f"{role}: {name!r} is not a state of the model; {did_you_mean(str(name), names)}")
 
 
 def _tangent_scale(space: AbstractSpace, point: np.ndarray) -> np.ndarray:

@@ -52,5 +52,15 @@ class AbstractSpace(eqx.Module):
         """The change that leads from `x` to `y`."""
 
     @abc.abstractmethod
+    def velocity(self, x: Float[Array, " size"], rate: Float[Array, " dof"]) -> Float[Array, " size"]:
+        """Rates of the numbers that store `x`, given the rates a user writes: a rotation's body rates, else these numbers."""
+
+    @abc.abstractmethod
+    def error_rate(
+        self, x: Float[Array, " size"], d: Float[Array, " dof"], moved: Float[Array, " dof"], own: Float[Array, " dof"]
+    ) -> Float[Array, " dof"]:
+        """Rate of `minus(y, x)` to first order in `d`, for `y = plus(x, d)` moving at `moved` and `x` at `own`."""
+
+    @abc.abstractmethod
     def defect(self, x: Float[Array, " size"]) -> Float[Array, " size"]:
         """Zero where `x` is a point of the space; elsewhere how far each coordinate is off."""

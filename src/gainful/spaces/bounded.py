@@ -45,6 +45,14 @@ class Positive(AbstractSpace):
     def minus(self, y: Float[Array, "1"], x: Float[Array, "1"]) -> Float[Array, "1"]:
         return jnp.log(y / x)
 
+    def velocity(self, x: Float[Array, "1"], rate: Float[Array, "1"]) -> Float[Array, "1"]:
+        return rate
+
+    def error_rate(
+        self, x: Float[Array, "1"], d: Float[Array, "1"], moved: Float[Array, "1"], own: Float[Array, "1"]
+    ) -> Float[Array, "1"]:
+        return moved / self.plus(x, d) - own / x
+
     def defect(self, x: Float[Array, "1"]) -> Float[Array, "1"]:
         return jnp.where(x > 0, 0.0, x - 1.0)
 
@@ -90,6 +98,17 @@ class Interval(AbstractSpace):
 
     def minus(self, y: Float[Array, "1"], x: Float[Array, "1"]) -> Float[Array, "1"]:
         return self._logit(y) - self._logit(x)
+
+    def velocity(self, x: Float[Array, "1"], rate: Float[Array, "1"]) -> Float[Array, "1"]:
+        return rate
+
+    def error_rate(
+        self, x: Float[Array, "1"], d: Float[Array, "1"], moved: Float[Array, "1"], own: Float[Array, "1"]
+    ) -> Float[Array, "1"]:
+        return moved * self._slope(self.plus(x, d)) - own * self._slope(x)
+
+    def _slope(self, x: Float[Array, "1"]) -> Float[Array, "1"]:
+        return 1.0 / (x - self.lower) + 1.0 / (self.upper - x)
 
     def defect(self, x: Float[Array, "1"]) -> Float[Array, "1"]:
         inside = (x > self.lower) & (x < self.upper)

@@ -48,5 +48,13 @@ class Circle(AbstractSpace):
     def minus(self, y: Float[Array, "1"], x: Float[Array, "1"]) -> Float[Array, "1"]:
         return wrap_angle(y - x)
 
+    def velocity(self, x: Float[Array, "1"], rate: Float[Array, "1"]) -> Float[Array, "1"]:
+        return rate
+
+    def error_rate(
+        self, x: Float[Array, "1"], d: Float[Array, "1"], moved: Float[Array, "1"], own: Float[Array, "1"]
+    ) -> Float[Array, "1"]:
+        return moved - own
+
     def defect(self, x: Float[Array, "1"]) -> Float[Array, "1"]:
         return jnp.zeros_like(x)

@@ -40,5 +40,13 @@ class Euclidean(AbstractSpace):
     def minus(self, y: Float[Array, " n"], x: Float[Array, " n"]) -> Float[Array, " n"]:
         return y - x
 
+    def velocity(self, x: Float[Array, " n"], rate: Float[Array, " n"]) -> Float[Array, " n"]:
+        return rate
+
+    def error_rate(
+        self, x: Float[Array, " n"], d: Float[Array, " n"], moved: Float[Array, " n"], own: Float[Array, " n"]
+    ) -> Float[Array, " n"]:
+        return moved - own
+
     def defect(self, x: Float[Array, " n"]) -> Float[Array, " n"]:
         return jnp.zeros_like(x)

@@ -63,6 +63,23 @@ class Product(AbstractSpace):
             i += part.size
         return jnp.concatenate(pieces)
 
+    def velocity(self, x: Float[Array, " size"], rate: Float[Array, " dof"]) -> Float[Array, " size"]:
+        pieces, i, j = [], 0, 0
+        for part in self.members:
+            pieces.append(part.velocity(x[i : i + part.size], rate[j : j + part.dof]))
+            i, j = i + part.size, j + part.dof
+        return jnp.concatenate(pieces)
+
+    def error_rate(
+        self, x: Float[Array, " size"], d: Float[Array, " dof"], moved: Float[Array, " dof"], own: Float[Array, " dof"]
+    ) -> Float[Array, " dof"]:
+        pieces, i, j = [], 0, 0
+        for part in self.members:
+            here, block = x[i : i + part.size], slice(j, j + part.dof)
+            pieces.append(part.error_rate(here, d[block], moved[block], own[block]))
+            i, j = i + part.size, j + part.dof
+        return jnp.concatenate(pieces)
+
     def defect(self, x: Float[Array, " size"]) -> Float[Array, " size"]:
         pieces, i = [], 0
         for part in self.members:

@@ -83,6 +83,14 @@ class Quaternion(AbstractSpace):
     def minus(self, y: Float[Array, "4"], x: Float[Array, "4"]) -> Float[Array, "3"]:
         return quaternion_log(quaternion_multiply(quaternion_conjugate(x), y))
 
+    def velocity(self, x: Float[Array, "4"], rate: Float[Array, "3"]) -> Float[Array, "4"]:
+        return 0.5 * quaternion_multiply(x, jnp.concatenate([rate, jnp.zeros(1, x.dtype)]))
+
+    def error_rate(
+        self, x: Float[Array, "4"], d: Float[Array, "3"], moved: Float[Array, "3"], own: Float[Array, "3"]
+    ) -> Float[Array, "3"]:
+        return moved - own - jnp.cross(own, d)
+
     def defect(self, x: Float[Array, "4"]) -> Float[Array, "4"]:
         length = jnp.sqrt(x @ x)
         off = jnp.abs(length - 1.0)

@@ -141,3 +141,6 @@ def _assert_agree(actual: Any, expected: Any, what: str, tolerance: float) -> No
     for name in ("residual", "residual_cov", "nis", "log_likelihood", "weight"):
         assert_close(getattr(actual, name), getattr(expected, name), f"{what}: {name}", tolerance=tolerance)
     assert_identical(actual.status, expected.status, f"{what}: status")
+    assert_same_form(actual.memory, expected.memory, f"{what}: memory")
+    for ours, theirs in zip(jax.tree.leaves(actual.memory), jax.tree.leaves(expected.memory), strict=True):
+        assert_close(ours, theirs, f"{what}: memory", tolerance=tolerance)

@@ -1,0 +1,192 @@
+"""The same step as in a run, one sample at a time."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+
+from ..errors import DataError, NumericalError, ShapeError, Status, did_you_mean
+from ..estimates import AbstractEstimate
+from ..filters import AbstractEstimator
+from ..models import AbstractModel, Instant, Sample
+from ..running.compiled import Frozen
+from ..running.log import fill_missing
+
+
+_STATUSES = tuple(Status)
+
+
+@dataclasses.dataclass(frozen=True)
+class OnlineEstimate:
+    """What is known after a sample.
+
+    Attributes:
+        t: time [s].
+        names: of the state's coordinates.
+        mean: estimated state (size,).
+        cov: covariance in tangent coordinates (dof, dof).
+        nis: normalised innovation squared.
+        weight: how far each measured component counted (m,).
+        status: what became of the sample.
+    """
+
+    t: float
+    names: tuple[str, ...]
+    mean: np.ndarray
+    cov: np.ndarray
+    nis: float
+    weight: np.ndarray
+    status: Status
+
+    @property
+    def std(self) -> np.ndarray:
+        """Standard deviations in tangent coordinates (dof,)."""
+        return np.sqrt(np.maximum(np.diag(self.cov), 0.0))
+
+    def __getitem__(self, name: str) -> float:
+        """One state by name."""
+        if name not in self.names:
+            raise KeyError(f"{name!r} is not a state; states: {', '.join(self.names)}")
+        return float(self.mean[self.names.index(name)])
+
+
+class OnlineFilter:
+    """Steps an estimator through a stream as it comes; equal to `run` on the same samples to rounding.
+
+    Args:
+        estimator: a filter, such as `unscented_kalman_filter()`.
+        model: of the plant.
+        prior: the estimate at `start`.
+        start: time of the prior [s]; the first sample's by default.
+        max_step: longest interval predicted in one go [s]; longer ones are split.
+        throw: raise if a step fails; otherwise the last good estimate is kept and the status says so.
+
+    The first sample compiles the step; call `warm_up` before the stream starts where that matters.
+
+    Example:
+        >>> import gainful as gf
+        >>> model = gf.linear_model([[1.0]], [[1.0]], Q=0.1, R=1.0, outputs=["y"])
+        >>> online = OnlineFilter(gf.kalman_filter(), model, gf.make_prior(model, [0.0], [1.0]))
+        >>> float(online.push(0.0, [2.0]).mean[0])
+        1.0
+    """
+
+    def __init__(
+        self,
+        estimator: AbstractEstimator,
+        model: AbstractModel,
+        prior: AbstractEstimate,
+        *,
+        start: float | None = None,
+        max_step: float | None = None,
+        throw: bool = True,
+    ) -> None:
+        if prior.space.names != model.space.names:
+            raise ShapeError(f"prior: expected the states {model.space.names}, got {prior.space.names}")
+        if max_step is not None and not (max_step > 0 and math.isfinite(max_step)):
+            raise DataError(f"max_step: expected a time above 0 s, got {max_step!r}")
+        self._model, self._time, self._max_step, self._throw = model, start, max_step, throw
+        self._arrays, fixed = eqx.partition((estimator, model), eqx.is_array)
+        carry = eqx.filter_jit(estimator.init)(model, prior)
+        # The carry's arrays go round the step; its structure is part of the program.
+        self._carry, shape = eqx.partition(carry, eqx.is_array)
+        self._frozen, self._dtype = Frozen((fixed, shape)), prior.mean.dtype
+        self._sizes = (len(model.inputs), model.output.size, model.output.dof)
+        self._names, self._dof = model.space.names, model.space.dof
+        self._nothing = self._measured(None)
+
+    def warm_up(self) -> None:
+        """Compile the step without using a sample."""
+        self._step(0.0, 0.0, np.zeros(self._sizes[0]), *self._nothing)
+
+    def push(self, t: float, y: Any = None, u: Any = None) -> OnlineEstimate:
+        """Predict to `t` and use what was measured then.
+
+        Args:
+            t: time [s], not before the last one.
+            y: measurement (output size,), NaN where missing; a mapping from signal name to number, absent where missing;
+                or None for a prediction alone.
+            u: inputs (inputs,), held over the interval that ends at `t`; needed if the model has inputs.
+
+        Raises:
+            DataError: time goes back, or a number is not finite.
+            ShapeError: a wrong number of entries.
+            NumericalError: the step failed, and `throw` is on.
+        """
+        last = t if self._time is None else self._time
+        if not math.isfinite(t) or t < last:
+            raise DataError(f"t: expected a time not before {last:.9g} s, got {t:.9g} s")
+        inputs = np.zeros(0) if u is None else np.atleast_1d(np.asarray(u, dtype=float))
+        if inputs.shape != (self._sizes[0],):
+            raise ShapeError(f"u: expected shape ({self._sizes[0]},) ({', '.join(self._model.inputs)}), got {inputs.shape}")
+        if not np.isfinite(inputs).all():
+            raise DataError(f"u at t = {t:.9g} s: expected finite numbers, got {inputs}")
+        point, seen = self._measured(y)
+        pieces = 1 if self._max_step is None else max(1, math.ceil((t - last) / self._max_step - 1e-9))
+        dt = (t - last) / pieces
+        carry, report = self._carry, None
+        for k in range(1, pieces):
+            carry, report = self._step(last + k * dt, dt, inputs, *self._nothing, carry=carry)
+        carry, report = self._step(t, dt, inputs, point, seen, carry=carry)
+        estimate = self._opened(t, np.asarray(report))
+        if self._throw and estimate.status.failed:
+            raise NumericalError(f"t = {t:.9g} s: {estimate.status.sentence}; the filter stays as it was before")
+        self._carry, self._time = carry, t
+        return estimate
+
+    def _step(self, t: float, dt: float, u: Any, y: Any, seen: Any, carry: Any = None) -> tuple[Any, Array]:
+        # One vector in and one out: each array crossing into XLA costs more than the arithmetic.
+        packed = np.concatenate(((t, dt), u, y, seen), dtype=self._dtype)
+        return _packed_step(self._frozen, self._sizes, self._arrays, self._carry if carry is None else carry, packed)
+
+    def _measured(self, y: Any) -> tuple[np.ndarray, np.ndarray]:
+        model, size = self._model, self._sizes[1]
+        names = model.output.names
+        if y is None:
+            values = np.full(size, np.nan)
+        elif isinstance(y, Mapping):
+            values = np.full(size, np.nan)
+            for name, value in y.items():
+                if name not in names:
+                    raise ShapeError(f"y: {name!r} is not a signal of the model; {did_you_mean(name, names)}")
+                values[names.index(name)] = value
+        else:
+            values = np.atleast_1d(np.asarray(y, dtype=float))
+        if values.shape != (size,):
+            raise ShapeError(f"y: expected shape ({size},) ({', '.join(names)}), got {values.shape}")
+        if np.isinf(values).any():
+            raise DataError(f"y: expected finite numbers, or NaN for missing, got {values}")
+        point, seen = fill_missing(model, values[None])
+        return point[0], seen[0]
+
+    def _opened(self, t: float, report: np.ndarray) -> OnlineEstimate:
+        names, dof = self._names, self._dof
+        after_mean = len(names)
+        after_cov = after_mean + dof * dof
+        cov = report[after_mean:after_cov].reshape(dof, dof)
+        status = _STATUSES[int(report[-1])]
+        return OnlineEstimate(t, names, report[:after_mean], cov, float(report[after_cov]), report[after_cov + 1 : -1], status)
+
+
+@functools.partial(jax.jit, static_argnums=(0, 1))
+def _packed_step(
+    frozen: Frozen, sizes: tuple[int, int, int], arrays: Any, carry: Any, packed: Array
+) -> tuple[Any, Array]:
+    fixed, shape = frozen.tree
+    estimator, model = eqx.combine(arrays, fixed)
+    inputs, outputs, _ = sizes
+    u, y, seen = packed[2 : 2 + inputs], packed[2 + inputs : 2 + inputs + outputs], packed[2 + inputs + outputs :]
+    sample = Sample(Instant(packed[0], packed[1], u), y, seen > 0.5)
+    after, info = estimator.step(model, eqx.combine(carry, shape), sample)
+    estimate = info.estimate
+    report = [estimate.mean, estimate.cov.ravel(), info.nis[None], info.weight, info.status[None].astype(packed.dtype)]
+    return eqx.filter(after, eqx.is_array), jnp.concatenate(report)
