@@ -26,7 +26,6 @@ FIRST = """
 import time; begin = time.perf_counter()
 import warnings; warnings.simplefilter("ignore")
 import sys; sys.path.insert(0, {folder!r})
-{extra}
 import numpy as np
 {body}
 print(time.perf_counter() - begin)
@@ -44,7 +43,8 @@ gf.run(gf.extended_kalman_filter(), model, gf.make_prior(model, [1., 0.], [.1, .
 import jax, jax.numpy as jnp
 from dynamax.nonlinear_gaussian_ssm import ParamsNLGSSM, extended_kalman_filter
 y = jnp.asarray(np.sin(np.arange(500) * 0.06)[:, None])
-p = ParamsNLGSSM(jnp.array([1., 0.]), .01 * jnp.eye(2), lambda x: jnp.array([x[0] + .02 * x[1], x[1] - .02 * 9.81 * jnp.sin(x[0])]),
+p = ParamsNLGSSM(jnp.array([1., 0.]), .01 * jnp.eye(2),
+                 lambda x: jnp.array([x[0] + .02 * x[1], x[1] - .02 * 9.81 * jnp.sin(x[0])]),
                  jnp.diag(jnp.array([1e-6, 1e-4])), lambda x: jnp.sin(x[:1]), 1e-2 * jnp.eye(1))
 np.asarray(extended_kalman_filter(p, y).filtered_means)
 """,
@@ -54,7 +54,8 @@ from cuthbert.gaussian import moments
 y = jnp.asarray(np.sin(np.arange(500) * 0.06)[:, None])
 q, r = jnp.diag(jnp.array([1e-3, 1e-2])), .1 * jnp.eye(1)
 f = lambda x: (jnp.array([x[0] + .02 * x[1], x[1] - .02 * 9.81 * jnp.sin(x[0])]), q)
-filt = moments.build_filter(jnp.array([1., 0.]), .1 * jnp.eye(2), lambda s, i: (f, s.mean), lambda s, i: (lambda x: (jnp.sin(x[:1]), r), s.mean, i))
+filt = moments.build_filter(jnp.array([1., 0.]), .1 * jnp.eye(2), lambda s, i: (f, s.mean),
+                            lambda s, i: (lambda x: (jnp.sin(x[:1]), r), s.mean, i))
 np.asarray(cuthbert.filter(filt, y, filt.init_prepare()).mean)
 """,
     "filterpy": """
@@ -87,7 +88,7 @@ def first_results(rounds: int = 3) -> dict[str, float]:
     best: dict[str, float] = {}
     for _ in range(rounds):
         for name, body in FIRST_BODY.items():
-            code = FIRST.format(folder=str(Path(__file__).parent), body=body, extra="")
+            code = FIRST.format(folder=str(Path(__file__).parent), body=body)
             out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
             best[name] = min(best.get(name, float("inf")), float(out.split()[-1]))
     return best

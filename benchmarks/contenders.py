@@ -19,7 +19,12 @@ class Gainful:
     def __init__(self, problem: Problem, kind: str) -> None:
         f, h = problem.f, problem.h
         self.model = gf.discrete_model(
-            lambda x, u, t: f(x), lambda x, u, t: h(x), states=len(problem.mean), outputs=len(problem.R), Q=problem.Q, R=problem.R
+            lambda x, u, t: f(x),
+            lambda x, u, t: h(x),
+            states=len(problem.mean),
+            outputs=len(problem.R),
+            Q=problem.Q,
+            R=problem.R,
         )
         make = {"EKF": gf.extended_kalman_filter, "UKF": gf.unscented_kalman_filter}[kind]
         self.filter, self.problem = make(), problem

@@ -3,11 +3,12 @@
 import zlib
 from collections.abc import Callable
 
-import gainful  # noqa: F401  # switches 64-bit numbers on before anything is traced
 import hypothesis
 import jax
 import numpy as np
 import pytest
+
+import gainful  # noqa: F401  # switches 64-bit numbers on before anything is traced
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -4,8 +4,8 @@
     python make_data.py
 
 The record is "Plaza 1" of Djugash, Hamner and Roth, "Navigating with Ranging Radios: Five Data Sets with Ground Truth",
-J. Field Robotics 26(9), 2009, as carried by GTSAM (BSD-3-Clause, see data/LICENSE.txt). Changes: MATLAB arrays to CSV, time counted
-from the first row of truth, numbers rounded far below their noise.
+J. Field Robotics 26(9), 2009, as carried by GTSAM (BSD-3-Clause, see data/LICENSE.txt). Changes: MATLAB arrays to CSV,
+time counted from the first row of truth, numbers rounded far below their noise.
 """
 
 import importlib.util

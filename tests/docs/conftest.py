@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -23,9 +22,8 @@ def sandbox(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(autouse=True)
-def in_sandbox(sandbox: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def in_sandbox(sandbox: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Work in a copy of the checkout in which the pages may write, with a terminal of known width."""
     monkeypatch.chdir(sandbox)
     monkeypatch.setenv("COLUMNS", "110")
     monkeypatch.syspath_prepend(str(sandbox))
-    yield

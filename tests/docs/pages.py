@@ -8,12 +8,16 @@ import doctest
 import io
 import re
 import shlex
+import sys
+import types
 from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).parents[2]
 
-_FENCE = re.compile(r"^(?P<indent> *)```(?P<language>\w+)(?P<options>[^\n]*)\n(?P<text>.*?)\n(?P=indent)```$", re.M | re.S)
+_FENCE = re.compile(
+    r"^(?P<indent> *)```(?P<language>\w+)(?P<options>[^\n]*)\n(?P<text>.*?)\n(?P=indent)```$", re.M | re.S
+)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -69,7 +73,9 @@ class Session:
         if path in self._played:
             return
         self._played.add(path)
-        names: dict[str, Any] = {"__name__": "page"}
+        module = types.ModuleType(f"page_{path.stem.replace('-', '_')}")
+        # Classes look for the module they are made in.
+        sys.modules[module.__name__] = module
         printed: str | None = None
         for block in blocks(path):
             where = f"{path.name}:{block.line}"
@@ -77,7 +83,7 @@ class Session:
                 block.file.parent.mkdir(parents=True, exist_ok=True)
                 block.file.write_text(block.text + "\n", encoding="utf-8")
             elif block.language == "python":
-                printed = self._python(block, names, path)
+                printed = self._python(block, vars(module), path)
             elif block.language == "sh":
                 printed = self._shell(block, where)
             elif block.title == "Output":
@@ -85,12 +91,16 @@ class Session:
                 _compare(block.text, printed, where)
                 printed = None
 
+    def output(self, command: str) -> str:
+        """What a command printed."""
+        return self._outputs[command]
+
     def _python(self, block: Block, names: dict[str, Any], path: Path) -> str:
         # Padded so that a traceback names the line of the page.
         source = "\n" * block.line + block.text
         stream = io.StringIO()
         with contextlib.redirect_stdout(stream):
-            exec(compile(source, str(path), "exec"), names)
+            exec(compile(source, str(path), "exec", dont_inherit=True), names)
         return stream.getvalue()
 
     def _shell(self, block: Block, where: str) -> str:
@@ -99,8 +109,9 @@ class Session:
 
     def _command(self, line: str, where: str) -> str:
         if line not in self._outputs:
-            from gainful.cli.app import app
             from typer.testing import CliRunner
+
+            from gainful.cli.app import app
 
             outcome = CliRunner().invoke(app, shlex.split(line)[1:])
             assert outcome.exit_code == 0, f"{where}: {line}\n{outcome.output}\n{outcome.exception!r}"

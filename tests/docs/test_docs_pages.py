@@ -7,12 +7,20 @@ import re
 import tomllib
 from pathlib import Path
 
-import gainful as gf
 import pytest
 import yaml
+
+import gainful as gf
 from gainful.config import FILTERS, KINDS, parse_config
 from gainful.config.parts import ACRONYMS
-from gainful.config.schema import AugmentSection, EstimateConfig, ModelSection, OptionsSection, PriorSection, SensorSection
+from gainful.config.schema import (
+    AugmentSection,
+    EstimateConfig,
+    ModelSection,
+    OptionsSection,
+    PriorSection,
+    SensorSection,
+)
 
 from .pages import ROOT, Session, blocks, merged
 
@@ -98,4 +106,4 @@ def _rows(heading: str) -> dict[str, str]:
     text = (DOCS / "configuration.md").read_text()
     section = re.split(r"^#{2,3} ", text, flags=re.M)
     body = next(part for part in section if part.splitlines()[0] == heading)
-    return {key: row for key, row in re.findall(r"^\| `(\w+)` \|(.*)\|$", body, re.M)}
+    return dict(re.findall(r"^\| `(\w+)` \|(.*)\|$", body, re.M))

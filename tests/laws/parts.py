@@ -12,8 +12,9 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-import gainful as gf
 import jax.numpy as jnp
+
+import gainful as gf
 from gainful.estimates import AbstractEstimate
 from gainful.filters import AbstractEstimator
 from gainful.linearization import AbstractLinearization, AbstractRule, Cubature, GaussHermite, Unscented

@@ -1,16 +1,17 @@
 """Every estimate does the same algebra, and keeps its covariance one."""
 
-import gainful as gf
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import gainful as gf
 from gainful.estimates import AbstractEstimate, Affine
 from gainful.spaces import Euclidean
 from gainful.testing import check_estimate
 from gainful.testing.comparisons import assert_covariance
-from hypothesis import given
-from hypothesis import strategies as st
 
 from .parts import ESTIMATES, flat, name_of
 

@@ -1,7 +1,8 @@
 """Every combination of parts gives the same numbers however it is run."""
 
-import gainful as gf
 import pytest
+
+import gainful as gf
 from gainful.filters import AbstractEstimator
 from gainful.models import AbstractModel
 from gainful.testing import check_estimator

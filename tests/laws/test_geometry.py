@@ -3,11 +3,12 @@
 from typing import Any
 
 import equinox as eqx
-import gainful as gf
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+
+import gainful as gf
 from gainful.linearization import Cubature, GaussHermite
 from gainful.models import Sample
 from gainful.models.model import Model

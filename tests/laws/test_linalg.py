@@ -3,9 +3,10 @@
 import jax
 import numpy as np
 import pytest
-from gainful.linalg import downdate, inverse_lower, root, root_and_inverse, triangularize
 from hypothesis import given
 from hypothesis import strategies as st
+
+from gainful.linalg import downdate, inverse_lower, root, root_and_inverse, triangularize
 
 EPS = np.finfo(float).eps
 N, LARGE = 4, 30  # LARGE is beyond the unrolled path

@@ -1,10 +1,11 @@
 """Every linearization is exact on affine maps, every rule on the moments it promises."""
 
-import gainful as gf
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+
+import gainful as gf
 from gainful.linearization import AbstractLinearization, AbstractRule, Cubature, GaussHermite, Unscented
 from gainful.spaces import Euclidean
 from gainful.testing import check_linearization, check_rule

@@ -4,12 +4,13 @@ import dataclasses
 import decimal
 
 import equinox as eqx
-import gainful as gf
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 import scipy.linalg
+
+import gainful as gf
 from gainful.models import AbstractModel, Instant, van_loan, zero_order_hold
 from gainful.testing import check_model
 

@@ -3,15 +3,16 @@
 import functools
 from typing import Any
 
-import gainful as gf
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from gainful.spaces import AbstractSpace, Interval, Positive, make_space
-from gainful.testing import check_space, point_of
 from hypothesis import given
 from hypothesis import strategies as st
+
+import gainful as gf
+from gainful.spaces import AbstractSpace, Interval, Positive, make_space
+from gainful.testing import check_space, point_of
 
 from .parts import SPACES, flat, name_of
 

@@ -1,10 +1,11 @@
 """Every update treats missing data as missing, stays a covariance, and equals Bayes' rule in its limit."""
 
-import gainful as gf
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+
+import gainful as gf
 from gainful.models import Sample
 from gainful.testing import check_noise, check_update
 from gainful.testing.cart import cart_model, cart_prior, instant, reading

@@ -1,3 +1,5 @@
+"""`python -m gainful.cli`."""
+
 from . import main
 
 main()

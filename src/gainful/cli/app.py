@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import shlex
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
@@ -10,10 +11,11 @@ from typing import Annotated
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.text import Text
 
-from .. import __version__
 from ..errors import ConfigError, GainfulError
 from ..jobs import EstimateJob, estimate, write_starter
+from ..version import __version__
 from .summary import print_summary
 
 PROGRESS_ROWS = 50_000
@@ -51,15 +53,12 @@ def _messages() -> Iterator[None]:
     try:
         yield
     except GainfulError as problem:
-        _error.print(f"[bold red]error:[/] {_escaped(str(problem))}", soft_wrap=True, highlight=False)
+        # One line, never broken in the middle of a path, and brackets in it are no markup.
+        _error.print(Text("error:", "bold red") + Text(" " + " ".join(str(problem).split("\n"))), soft_wrap=True)
         raise typer.Exit(2 if isinstance(problem, ConfigError) else 1) from None
     except KeyboardInterrupt:
         _error.print("stopped; nothing was written")
         raise typer.Exit(1) from None
-
-
-def _escaped(text: str) -> str:
-    return text.replace("[", "\\[")
 
 
 @app.command("estimate")
@@ -72,12 +71,12 @@ def estimate_command(
     """Run a filter along a log: estimates with uncertainty, a verdict on them, and a report."""
     with _messages():
         job = _with_progress(config, out or Path("out") / config.stem)
-        print_summary(job)
+    print_summary(job)
 
 
 def _with_progress(config: Path, out: Path) -> EstimateJob:
     columns = (TextColumn("filtering"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=_error, transient=True) as bar:
+    with Progress(*columns, console=_error, transient=True, disable=not _error.is_terminal) as bar:
         task = bar.add_task("filtering", visible=False, total=None)
 
         def started(log: object) -> None:
@@ -94,4 +93,4 @@ def init(folder: Annotated[Path, typer.Argument(help="Folder to write into.")] =
         files = write_starter(folder)
     for path in files:
         typer.echo(f"wrote {path}")
-    typer.echo(f"run it:  gainful estimate {files[0]}")
+    typer.echo(f"run it:  gainful estimate {shlex.quote(str(files[0]))}")

@@ -26,15 +26,16 @@ def print_summary(job: EstimateJob, console: Console | None = None) -> None:
     rows_kept = int(job.result.log.kept.sum())
     console.print(f"{rows_kept} rows; compiled in {compiling:.2f} s, ran in {running:.3f} s", highlight=False)
     if job.folder is not None:
-        console.print(f"wrote {job.folder / 'report.html'}, estimates.parquet, result.nc", highlight=False, soft_wrap=True)
+        console.print(Text(f"wrote {job.folder / 'report.html'}, estimates.parquet, result.nc"), soft_wrap=True)
 
 
 def _table(title: str, heads: list[str], rows: list[list[Any]]) -> Table:
-    table = Table(title=title, title_justify="left", title_style="bold", header_style="bold")
+    # Names and units are a user's own: shown as they are, whatever brackets they have.
+    table = Table(title=Text(title), title_justify="left", title_style="bold", header_style="bold")
     for k, head in enumerate(heads):
-        table.add_column(head, justify="left" if k == 0 else "right")
+        table.add_column(head, justify="left" if k == 0 else "right", no_wrap=k == 0)
     for row in rows:
-        table.add_row(*(_cell(head, value) for head, value in zip(heads, row, strict=True)))
+        table.add_row(*(Text(_cell(head, value)) for head, value in zip(heads, row, strict=True)))
     return table
 
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
+import dataclasses
 import importlib.util
 import inspect
 import sys
-import traceback
 import types
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,11 +20,14 @@ from ..filters import KalmanFilter
 from ..models import AbstractModel, augment, continuous_model, discrete_model, sensor
 from ..plants import CATALOGUE
 from ..running import make_prior
+from ..running.checks import place_of
 from ..updates import Gated
 from .parts import make_filter
 from .schema import EstimateConfig, ModelSection, Signals
 
-_FUNCTION_KEYS = ("kind", "h", "states", "outputs", "inputs", "Q", "R", "G", "sensors", "parameters")
+_ALWAYS = {"augment"}
+_CALLED = {"arguments"}
+_FUNCTIONS = {"kind", "f", "h", "states", "outputs", "inputs", "Q", "R", "G", "sensors", "parameters", "substeps"}
 
 
 def build_model(section: ModelSection, base: Path) -> AbstractModel:
@@ -34,32 +38,15 @@ def build_model(section: ModelSection, base: Path) -> AbstractModel:
         base: folder that the model's file is relative to.
 
     Raises:
-        ConfigError: no such file, function or catalogue model, or a file that fails when run.
-        ModelError: functions or matrices of the wrong form.
+        ConfigError: no such file, function or catalogue model, a file that fails when run, or functions and matrices of
+            the wrong form.
     """
-    if bool(section.catalogue) == bool(section.file):
-        given = "both" if section.file else "neither"
-        raise ConfigError(f"model: expected either a catalogue name or a file, got {given}")
-    if section.catalogue:
-        if section.catalogue not in CATALOGUE:
-            raise ConfigError(f"model.catalogue: {section.catalogue!r} is not known; {did_you_mean(section.catalogue, CATALOGUE)}")
-        model = _call(CATALOGUE[section.catalogue], section.arguments, "model.catalogue")
-    else:
-        module = _load(base / section.file)
-        if section.kind:
-            model = _from_functions(section, module)
-        else:
-            stray = [key for key in _FUNCTION_KEYS if getattr(section, key)]
-            if stray:
-                raise ConfigError(f"model.{stray[0]}: needs kind = \"continuous\" or \"discrete\"")
-            name = section.function or "model"
-            model = _call(_attribute(module, name, "model.function"), section.arguments, f"model.function {name!r}")
-    if not isinstance(model, AbstractModel):
-        raise ConfigError(f"model: expected the function to return a model, got {type(model).__name__}")
-    if section.augment is not None:
-        bounds = {name: _bounds(name, values) for name, values in section.augment.bounds.items()}
-        model = augment(model, parameters=section.augment.parameters, biases=section.augment.biases, bounds=bounds)
-    return model
+    with _blamed("model"):
+        model = _bare_model(section, base)
+        if section.augment is None:
+            return model
+        bounds = {name: _bounds(f"augment.bounds.{name}", values) for name, values in section.augment.bounds.items()}
+        return augment(model, parameters=section.augment.parameters, biases=section.augment.biases, bounds=bounds)
 
 
 def build_filter(config: EstimateConfig) -> KalmanFilter:
@@ -67,25 +54,78 @@ def build_filter(config: EstimateConfig) -> KalmanFilter:
     chosen = make_filter(config.filter)
     if config.options.gate is None:
         return chosen
-    gated = Gated(chosen.update, config.options.gate, config.options.reacquire)
+    try:
+        gated = Gated(chosen.update, config.options.gate, config.options.reacquire)
+    except ConfigError as problem:
+        raise ConfigError(f"options: {str(problem).replace('probability', 'gate', 1)}") from problem
     return eqx.tree_at(lambda part: part.update, chosen, gated)
 
 
 def build_prior(config: EstimateConfig, model: AbstractModel) -> Gaussian:
-    """The prior of a configuration."""
-    return make_prior(model, config.prior.mean, config.prior.std, cov=config.prior.cov)
+    """The prior of a configuration.
+
+    Raises:
+        ConfigError: values that do not fit the model's states.
+    """
+    with _blamed(""):
+        return make_prior(model, config.prior.mean, config.prior.std, cov=config.prior.cov)
 
 
-def _bounds(name: str, values: list[float]) -> tuple[float | None, float | None]:
+@contextlib.contextmanager
+def _blamed(section: str) -> Iterator[None]:
+    """What goes wrong inside is the configuration's fault."""
+    try:
+        yield
+    except ConfigError:
+        raise
+    except (GainfulError, ValueError) as problem:
+        raise ConfigError(f"{section}: {problem}" if section else str(problem)) from problem
+
+
+def _bare_model(section: ModelSection, base: Path) -> AbstractModel:
+    if bool(section.catalogue) == bool(section.file):
+        given = "both" if section.file else "neither"
+        raise ConfigError(f"model: expected either a catalogue name or a file, got {given}")
+    if section.catalogue:
+        _only(section, {"catalogue"} | _CALLED, "has no effect on a model of the catalogue")
+        if section.catalogue not in CATALOGUE:
+            raise ConfigError(
+                f"model.catalogue: {section.catalogue!r} is not known; {did_you_mean(section.catalogue, CATALOGUE)}"
+            )
+        model = _call(CATALOGUE[section.catalogue], section.arguments, f"model.catalogue {section.catalogue!r}")
+    elif section.kind:
+        idle = {"substeps"} if section.kind == "discrete" else set()
+        _only(section, {"file"} | _FUNCTIONS - idle, f'has no effect with kind = "{section.kind}"')
+        return _from_functions(section, _load(base / section.file))
+    else:
+        _only(section, {"file", "function"} | _CALLED, 'needs kind = "continuous" or "discrete"')
+        module, name = _load(base / section.file), section.function or "model"
+        model = _call(_attribute(module, name, "model.function"), section.arguments, f"model.function {name!r}")
+    if not isinstance(model, AbstractModel):
+        raise ConfigError(f"model: expected the function to return a model, got {type(model).__name__}")
+    return model
+
+
+def _only(section: ModelSection, used: set[str], why: str) -> None:
+    """Refuse keys that would be ignored."""
+    bare = ModelSection()
+    for field in dataclasses.fields(section):
+        if field.name not in used | _ALWAYS and getattr(section, field.name) != getattr(bare, field.name):
+            raise ConfigError(f"model.{field.name}: {why}")
+
+
+def _bounds(key: str, values: list[float]) -> tuple[float | None, float | None]:
     if len(values) not in (1, 2):
-        raise ConfigError(f"model.augment.bounds.{name}: expected one or two numbers, got {values}")
+        raise ConfigError(f"model.{key}: expected one or two numbers, got {values}")
     return (values[0], values[1] if len(values) == 2 else None)
 
 
-def _signals(given: Signals | None) -> Any:
+def _signals(given: Signals | None, key: str) -> Any:
     if not isinstance(given, Mapping):
         return given
-    return {name: tuple(value) if isinstance(value, list) else value for name, value in given.items()}
+    return {
+        name: _bounds(f"{key}.{name}", value) if isinstance(value, list) else value for name, value in given.items()
+    }
 
 
 def _from_functions(section: ModelSection, module: types.ModuleType) -> AbstractModel:
@@ -97,7 +137,12 @@ def _from_functions(section: ModelSection, module: types.ModuleType) -> Abstract
     if section.Q is None:
         raise ConfigError("model.Q: missing")
     sensors = [
-        sensor(name, named(part.h, f"sensors.{name}.h"), outputs=_signals(part.outputs), R=named(part.R, f"sensors.{name}.R"))
+        sensor(
+            name,
+            named(part.h, f"sensors.{name}.h"),
+            outputs=_signals(part.outputs, f"sensors.{name}.outputs"),
+            R=named(part.R, f"sensors.{name}.R"),
+        )
         for name, part in section.sensors.items()
     ]
     h = section.h or ("" if sensors else "h")
@@ -106,9 +151,9 @@ def _from_functions(section: ModelSection, module: types.ModuleType) -> Abstract
     return make(
         named(section.f, "f"),
         named(h, "h") if h else None,
-        states=_signals(section.states),
-        outputs=_signals(section.outputs),
-        inputs=_signals(section.inputs) or (),
+        states=_signals(section.states, "states"),
+        outputs=_signals(section.outputs, "outputs"),
+        inputs=_signals(section.inputs, "inputs") or (),
         Q=named(section.Q, "Q"),
         R=named(section.R, "R"),
         G=named(section.G, "G"),
@@ -120,39 +165,53 @@ def _from_functions(section: ModelSection, module: types.ModuleType) -> Abstract
 
 def _load(path: Path) -> types.ModuleType:
     """The user's Python file, run as a module of its own."""
+    if path.suffix != ".py":
+        raise ConfigError(f"model.file: expected a Python file (.py), got {str(path)!r}")
     if not path.is_file():
         beside = [p.name for p in path.parent.glob("*.py")] if path.parent.is_dir() else []
-        raise ConfigError(f"model.file: {path} not found; {did_you_mean(path.name, beside)}")
+        hint = did_you_mean(path.name, beside) if path.parent.is_dir() else f"there is no folder {path.parent}"
+        raise ConfigError(f"model.file: {path} not found; {hint}")
     spec = importlib.util.spec_from_file_location(f"_gainful_model_{path.stem}", path)
-    assert spec is not None and spec.loader is not None
+    assert spec is not None
+    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
-    sys.path.insert(0, str(path.parent))
+    folder = str(path.parent.resolve())
+    sys.path.insert(0, folder)
+    sys.modules[spec.name] = module  # dataclasses look their own module up
     try:
-        spec.loader.exec_module(module)
+        with _own_failures(f"model.file: {path.name} failed"):
+            spec.loader.exec_module(module)
+    finally:
+        with contextlib.suppress(ValueError):
+            sys.path.remove(folder)
+    return module
+
+
+@contextlib.contextmanager
+def _own_failures(what: str) -> Iterator[None]:
+    """Whatever the user's code raises is the user's to read: with its place, but without our frames."""
+    try:
+        yield
     except GainfulError:
         raise
-    except Exception as problem:  # whatever the user's file raises is the user's to read
-        where = [frame for frame in traceback.extract_tb(problem.__traceback__) if frame.filename == str(path)]
-        line = f" line {where[-1].lineno}" if where else ""
-        raise ConfigError(f"model.file: {path.name}{line} failed: {type(problem).__name__}: {problem}") from problem
-    finally:
-        sys.path.remove(str(path.parent))
-    return module
+    except (Exception, SystemExit) as problem:
+        raise ConfigError(f"{what}{place_of(problem)}: {type(problem).__name__}: {problem}") from problem
 
 
 def _attribute(module: types.ModuleType, name: str, key: str) -> Any:
     functions = [n for n, value in vars(module).items() if callable(value) and not n.startswith("_")]
     if not callable(getattr(module, name, None)):
-        raise ConfigError(f"{key}: {Path(str(module.__file__)).name} has no function {name!r}; {did_you_mean(name, functions)}")
+        raise ConfigError(
+            f"{key}: {Path(str(module.__file__)).name} has no function {name!r}; {did_you_mean(name, functions)}"
+        )
     return getattr(module, name)
 
 
 def _call(make: Any, arguments: dict[str, Any], role: str) -> Any:
-    known = list(inspect.signature(make).parameters)
-    for key in arguments:
-        if key not in known:
-            raise ConfigError(f"model.arguments.{key}: {role} has no such argument; {did_you_mean(key, known)}")
-    try:
+    known = inspect.signature(make).parameters
+    if not any(parameter.kind is parameter.VAR_KEYWORD for parameter in known.values()):
+        for key in arguments:
+            if key not in known:
+                raise ConfigError(f"model.arguments.{key}: {role} has no such argument; {did_you_mean(key, known)}")
+    with _own_failures(f"{role} failed"):
         return make(**arguments)
-    except TypeError as problem:
-        raise ConfigError(f"{role}: {problem}") from problem

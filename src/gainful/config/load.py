@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 import copy
-import dataclasses
 import tomllib
-import types
-import typing
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +11,7 @@ import pydantic
 
 from ..errors import ConfigError, did_you_mean
 from .schema import EstimateConfig
+from .wording import misplaced_booleans, sentences
 
 
 def load_config(path: Path | str) -> EstimateConfig:
@@ -30,8 +27,14 @@ def load_config(path: Path | str) -> EstimateConfig:
         beside = [p.name for p in path.parent.glob("*.toml")] if path.parent.is_dir() else []
         hint = f"; {did_you_mean(path.name, beside)}" if beside else ""
         raise ConfigError(f"configuration {path}: not found{hint}") from problem
-    except (OSError, UnicodeDecodeError) as problem:
-        raise ConfigError(f"configuration {path}: cannot be read: {problem}") from problem
+    except IsADirectoryError as problem:
+        beside = sorted(p.name for p in path.glob("*.toml"))
+        hint = f"; there is {', '.join(beside)} in it" if beside else ""
+        raise ConfigError(f"configuration {path}: expected a file, got a folder{hint}") from problem
+    except OSError as problem:
+        raise ConfigError(f"configuration {path}: cannot be read: {problem.strerror}") from problem
+    except UnicodeDecodeError as problem:
+        raise ConfigError(f"configuration {path}: not valid TOML: not UTF-8 text ({problem})") from problem
     try:
         table = tomllib.loads(text)
     except tomllib.TOMLDecodeError as problem:
@@ -50,31 +53,10 @@ def parse_config(table: dict[str, Any]) -> EstimateConfig:
         for name, given in signals.items() if isinstance(signals, dict) else ():
             signals[name] = {"column": given} if isinstance(given, str) else given
     try:
-        return pydantic.TypeAdapter(EstimateConfig).validate_python(table)
+        config = pydantic.TypeAdapter(EstimateConfig).validate_python(table)
     except pydantic.ValidationError as problem:
-        raise ConfigError("; ".join(dict.fromkeys(_sentence(error) for error in problem.errors()))) from problem
-
-
-def _sentence(error: Any) -> str:
-    keys = [str(part) for part in error["loc"]]
-    if error["type"] in ("unexpected_keyword_argument", "extra_forbidden"):
-        owner = _section(EstimateConfig, keys[:-1])
-        known = [f.name for f in dataclasses.fields(owner)] if owner else []
-        return f"{'.'.join(keys)}: unknown key; {did_you_mean(keys[-1], known)}"
-    if error["type"] in ("missing", "missing_argument"):
-        return f"{'.'.join(keys)}: missing"
-    # A union reports each of its members; the member's name at the end of the path says nothing to a user.
-    shown = [key for key in keys if key.isidentifier() or key.isdigit()]
-    return f"{'.'.join(shown)}: {error['msg'].lower()}, got {error['input']!r}"
-
-
-def _section(current: Any, keys: Sequence[str]) -> type | None:
-    """The dataclass that a path of keys leads to."""
-    for key in keys:
-        if dataclasses.is_dataclass(current):
-            current = typing.get_type_hints(current).get(key)
-        elif typing.get_origin(current) in (dict, list):
-            current = typing.get_args(current)[-1]
-        if isinstance(current, types.UnionType):
-            current = next((m for m in typing.get_args(current) if dataclasses.is_dataclass(m)), None)
-    return current if isinstance(current, type) and dataclasses.is_dataclass(current) else None
+        raise ConfigError("; ".join(sentences(problem.errors(), table, EstimateConfig))) from problem
+    wrong = misplaced_booleans(table, EstimateConfig)
+    if wrong:
+        raise ConfigError("; ".join(wrong))
+    return config

@@ -30,6 +30,7 @@ from ..linearization import (
 )
 from ..noise import AbstractNoise, Nominal
 from ..updates import AbstractUpdate, Exact, Gated, Iterated
+from .wording import members, mismatch, shown
 
 KINDS: dict[type, dict[str, type]] = {
     AbstractLinearization: {"taylor": Taylor, "sigma_points": SigmaPoints},
@@ -90,7 +91,11 @@ def make_part(slot: type, table: str | Mapping[str, Any], path: str) -> Any:
 def dump_part(part: Any) -> dict[str, Any]:
     """The table that `make_part` or `make_filter` turns into an equal part."""
     cls = type(part)
-    name = "assembled" if cls is KalmanFilter else next((k for kinds in KINDS.values() for k, c in kinds.items() if c is cls), None)
+    name = (
+        "assembled"
+        if cls is KalmanFilter
+        else next((k for kinds in KINDS.values() for k, c in kinds.items() if c is cls), None)
+    )
     if name is None:
         raise ConfigError(f"{cls.__name__} has no name in configuration files")
     table: dict[str, Any] = {"kind": name}
@@ -109,7 +114,7 @@ def _opened(table: str | Mapping[str, Any], path: str) -> tuple[str, dict[str, A
     if isinstance(table, str):
         return table, {}
     if not isinstance(table, Mapping) or not isinstance(table.get("kind"), str):
-        raise ConfigError(f"{path}: expected a name or a table with a kind, got {table!r}")
+        raise ConfigError(f"{path}: expected a name or a table with a kind, got {shown(table)}")
     return table["kind"], {key: value for key, value in table.items() if key != "kind"}
 
 
@@ -130,16 +135,16 @@ def _construct(make: Callable[..., Any], arguments: dict[str, Any], path: str) -
 def _value(annotation: Any, given: Any, path: str) -> Any:
     if typing.get_origin(annotation) is type:
         kinds = KINDS[AbstractEstimate]
-        if given not in kinds:
-            raise ConfigError(f"{path}: {given!r} is not known here; {did_you_mean(str(given), kinds)}")
+        if not isinstance(given, str) or given not in kinds:
+            raise ConfigError(f"{path}: {shown(given)} is not known here; {did_you_mean(str(given), kinds)}")
         return kinds[given]
     slot = _slot_of(annotation) if isinstance(annotation, type) else None
     if slot is not None:
         return make_part(slot, given, path)
     try:
-        return pydantic.TypeAdapter(annotation).validate_python(given, strict=not isinstance(given, int))
+        return pydantic.TypeAdapter(annotation).validate_python(given, strict=True)
     except pydantic.ValidationError as problem:
-        raise ConfigError(f"{path}: {problem.errors()[0]['msg'].lower()}, got {given!r}") from problem
+        raise ConfigError(f"{path}: {mismatch(members(annotation), given)}") from problem
 
 
 def _slot_of(cls: type) -> type | None:

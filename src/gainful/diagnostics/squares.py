@@ -9,7 +9,7 @@ from scipy.special import gammaincinv
 from ..errors import ConfigError
 
 
-def nees(errors: Float[np.ndarray, "... n"], covs: Float[np.ndarray, "... n n"]) -> Float[np.ndarray, ...]:
+def nees(errors: Float[np.ndarray, "... n"], covs: Float[np.ndarray, "... n n"]) -> Float[np.ndarray, "..."]:
     """Normalised estimation errors squared, `e^T P^-1 e`, for any number of rows and runs.
 
     Components that are NaN, and directions that have no variance, are left out; an error where a component's variance
@@ -74,7 +74,7 @@ def correlation_time(whitened: Float[np.ndarray, "T n"]) -> float:
 
 def whiten(
     errors: Float[np.ndarray, "... n"], covs: Float[np.ndarray, "... n n"]
-) -> tuple[Float[np.ndarray, ...], Float[np.ndarray, "... n"], Int[np.ndarray, ...]]:
+) -> tuple[Float[np.ndarray, "..."], Float[np.ndarray, "... n"], Int[np.ndarray, "..."]]:
     """Squares, the errors times an inverse root of their covariance, and degrees of freedom."""
     n, eps = errors.shape[-1], np.finfo(covs.dtype).eps
     usable = np.isfinite(covs).all(axis=(-2, -1))
@@ -93,7 +93,7 @@ def whiten(
 
 def _solve(
     matrices: Float[np.ndarray, "... n n"], vectors: Float[np.ndarray, "... n"], tolerance: float
-) -> tuple[Float[np.ndarray, "... n"], Int[np.ndarray, ...]]:
+) -> tuple[Float[np.ndarray, "... n"], Int[np.ndarray, "..."]]:
     """The vectors times an inverse root of their matrix, alike for neighbouring rows, and directions dropped."""
     try:
         lower = np.linalg.cholesky(matrices)

@@ -95,4 +95,6 @@ class SquareRoot(AbstractEstimate):
         gain = self.factor @ (inverse @ moved).T @ inverse
         shift = gain @ affine.outer.minus(future.mean, affine.predict(self.mean))
         columns = [self.factor - gain @ moved, gain @ noise, gain @ future.factor]
-        return type(self)(self.space.plus(self.mean, shift), triangularize(jnp.concatenate(columns, axis=1)), self.space)
+        return type(self)(
+            self.space.plus(self.mean, shift), triangularize(jnp.concatenate(columns, axis=1)), self.space
+        )

@@ -87,7 +87,9 @@ class KalmanFilter(AbstractEstimator):
                 jnp.where(
                     ~innovation.positive,
                     Status.not_positive,
-                    jnp.where(~usable, Status.nonfinite, jnp.where(jnp.any(update.weight > 0), Status.ok, Status.rejected)),
+                    jnp.where(
+                        ~usable, Status.nonfinite, jnp.where(jnp.any(update.weight > 0), Status.ok, Status.rejected)
+                    ),
                 ),
             ),
         ).astype(jnp.int32)

@@ -17,15 +17,17 @@ def add_local_columns(table: Table, frame: LocalFrame) -> Table:
         raise MissingExtraError("latitudes need pymap3d: pip install 'gainful[io]'") from problem
     taken = [name for name in ("east", "north", "up") if name in table.columns]
     if taken:
-        raise DataError(f"{table.path.name}: column {taken[0]!r} is there already, and would be made from {frame.latitude!r}")
+        raise DataError(
+            f"{table.path.name}: column {taken[0]!r} is there already, and would be made from {frame.latitude!r}"
+        )
     latitude, longitude = table.numbers(frame.latitude), table.numbers(frame.longitude)
     for name, values, limit in ((frame.latitude, latitude, 90.0), (frame.longitude, longitude, 360.0)):
         far = np.flatnonzero(np.abs(values) > limit)
         if far.size:
             k = int(far[0])
             raise DataError(
-                f"{table.path.name}: column {name!r} expected degrees up to {limit:g}, got {values[k]:.9g} in {table.row(k)} "
-                f"({far.size} such rows)"
+                f"{table.path.name}: column {name!r} expected degrees up to {limit:g}, got {values[k]:.9g} "
+                f"in {table.row(k)} ({far.size} such rows)"
             )
     height = table.numbers(frame.height) if frame.height else np.zeros_like(latitude)
     origin = frame.origin

@@ -22,7 +22,8 @@ def read_log(model: AbstractModel, source: Source, base: Path | str = ".") -> Lo
     """The record a source describes, ready for `run`.
 
     Every time at which something was measured or an input changed becomes a row; what was not measured then is unseen.
-    Rows before all inputs are known, or after the last one that applies to a closing interval, are left out and counted.
+    Rows before all inputs are known, or after the last one that applies to a closing interval, are left out and
+    counted.
 
     Args:
         model: names the signals and their units.

@@ -78,7 +78,9 @@ class Reader:
             )
         if not np.isfinite(values).any():
             raise DataError(f"signal {name!r}: column {columns[0]!r} of {table.path.name} holds no number at all")
-        values = np.stack([_in_unit(v * where.scale, where, unit, name) for v, unit in zip(values.T, units, strict=True)], axis=1)
+        values = np.stack(
+            [_in_unit(v * where.scale, where, unit, name) for v, unit in zip(values.T, units, strict=True)], axis=1
+        )
         order = np.argsort(t, kind="stable")
         late = int(np.count_nonzero(np.diff(t) < 0))
         t, values = t[order], values[order]
@@ -99,7 +101,7 @@ class Reader:
             k = int(back[0]) + 1
             raise DataError(
                 f"{table.path.name}: time goes back from {t[k - 1]:.9g} s to {t[k]:.9g} s in {table.row(k)} of signal "
-                f"{name!r} ({back.size} such rows); late = \"sort\" sorts them"
+                f'{name!r} ({back.size} such rows); late = "sort" sorts them'
             )
 
 
@@ -120,7 +122,7 @@ def merge_duplicates(series: Series, name: str, how: str) -> Series:
         k = int(same[0]) + 1
         raise DataError(
             f"signal {name!r}: two values at t = {series.t[k]:.9g} s ({series.values[k - 1, 0]:.6g} and "
-            f"{series.values[k, 0]:.6g}; {same.size} such rows); duplicates = \"keep\" takes both as measurements, "
+            f'{series.values[k, 0]:.6g}; {same.size} such rows); duplicates = "keep" takes both as measurements, '
             '"first" or "last" one'
         )
     changes = np.diff(series.t) > 0

@@ -17,12 +17,13 @@ class Column:
     Attributes:
         column: its column, or four for a quaternion (scalar last).
         file: its file; the record's default file if empty.
-        unit: of the numbers in the file; the model's own if empty. Of an increment, that of the change: "deg", not "deg/s".
+        unit: of the numbers in the file; the model's own if empty. Of an increment, that of the change: "deg", not
+            "deg/s".
         time: its time column; the record's if empty.
         where: take only rows in which these columns have these values.
         increment: the numbers are changes since the last row; they are divided by the time since then.
-        hold: for inputs: "previous" holds a value until the next one, "next" applies it to the interval that ends at its
-            time, "linear" interpolates. An increment is always "next".
+        hold: for inputs: "previous" holds a value until the next one, "next" applies it to the interval that ends at
+            its time, "linear" interpolates. An increment is always "next".
         missing: numbers that stand for a missing value.
         scale: factor applied before anything else.
     """
@@ -74,8 +75,8 @@ class Source:
         time: default time column.
         time_unit: its unit; dates (also written out, ISO 8601, UTC) are read as seconds since 1970.
         late: "refuse" rows whose time goes back, or "sort" them.
-        duplicates: rows of one signal at one time: "refuse", "keep" as separate measurements, or take the "first" or the
-            "last". Rows in which a signal is missing do not count; of an input's values kept, the last holds.
+        duplicates: rows of one signal at one time: "refuse", "keep" as separate measurements, or take the "first" or
+            the "last". Rows in which a signal is missing do not count; of an input's values kept, the last holds.
         max_step: longest interval predicted in one go [s]; longer ones are split.
         start: leave out rows before this time [s].
         stop: leave out rows after this time [s].

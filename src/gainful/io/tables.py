@@ -128,7 +128,9 @@ def read_table(path: Path) -> Table:
     except pd.errors.EmptyDataError as problem:
         raise DataError(f"data file {path.name}: expected a header and rows, got an empty file") from problem
     except Exception as problem:  # parsers raise whatever they like on a broken file
-        raise DataError(f"data file {path.name}: cannot be read: {(str(problem) or repr(problem)).splitlines()[0]}") from problem
+        raise DataError(
+            f"data file {path.name}: cannot be read: {(str(problem) or repr(problem)).splitlines()[0]}"
+        ) from problem
     if not len(frame):
         raise DataError(f"data file {path.name}: expected at least one row under the header, got none")
     if not isinstance(frame.index, pd.RangeIndex):

@@ -56,6 +56,8 @@ def _move_all(scratch: Path, folder: Path) -> None:
     try:
         for path in sorted(p for p in scratch.iterdir() if p != old):
             target = folder / path.name
+            if target.is_dir():
+                raise DataError(f"output folder {folder}: a folder called {path.name!r} is in the way")
             if target.exists():
                 moved.append((target, old / path.name))
                 os.replace(target, old / path.name)
@@ -69,5 +71,5 @@ def _move_all(scratch: Path, folder: Path) -> None:
 
 
 def _unwritable(folder: Path, problem: OSError) -> DataError:
-    reason = problem.strerror or str(problem)
+    reason = os.strerror(problem.errno) if problem.errno else str(problem)
     return DataError(f"output folder {folder}: cannot be written: {reason}; nothing was left half-written")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -11,11 +12,17 @@ from typing import Any
 
 import jax
 
-from .. import __version__
 from ..config import EstimateConfig, build_filter, build_model, build_prior, dump_part, load_config
 from ..diagnostics import Verdict, coverage, rmse, verdict
-from ..io import read_log, whole_folder
+from ..io import check_folder, read_log, whole_folder
+from ..report import Table, write_report
+from ..report.trajectory import position_pairs
 from ..running import Log, Result, run, smooth
+from ..spaces import AbstractSpace, Quaternion
+from ..version import __version__
+
+ARCSECONDS = 180.0 / math.pi * 3600.0
+"""Per radian."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -69,12 +76,16 @@ def estimate(
     prior = build_prior(config, model)
     chosen = build_filter(config)
     log = read_log(model, config.data, path.parent)
+    if folder is not None:
+        check_folder(Path(folder))
     if started is not None:
         started(log)
     result = run(chosen, model, prior, log, throw=config.options.throw, progress=progress)
     if config.options.smooth:
         result = smooth(result)
-    job = EstimateJob(config.title or path.stem, config, result, verdict(result), Path(folder) if folder else None)
+    job = EstimateJob(
+        config.title or path.stem, config, result, verdict(result), None if folder is None else Path(folder)
+    )
     if job.folder is not None:
         _write(job, path)
     return job
@@ -89,14 +100,40 @@ def state_rows(job: EstimateJob) -> tuple[list[str], list[list[Any]]]:
     heads = ["state", "unit", "last sigma"]
     if errors:
         heads += (["RMSE filtered", "RMSE smoothed"] if before else ["RMSE"]) + ["inside 95 % band"]
-    rows = []
-    for j, (name, unit) in enumerate(zip(space.tangent_names, space.tangent_units, strict=True)):
-        row: list[Any] = [name, unit, float(result.std[-1, j])]
+    scales = _display(space)
+    rows: list[list[Any]] = []
+    for j, name in enumerate(space.tangent_names):
+        unit, scale = scales[j]
+        row: list[Any] = [name, unit, float(result.std[-1, j]) * scale]
         if errors:
-            row += [before.get(name)] if before else []
-            row += [errors.get(name), shares.get(name)]
+            row += [_scaled(before.get(name), scale)] if before else []
+            row += [_scaled(errors.get(name), scale), shares.get(name)]
         rows.append(row)
+    for first, second in position_pairs(space) if errors else ():
+        both = [[_length(table, first, second)] for table in (before, errors) if table]
+        if all(value is not None for (value,) in both):
+            rows.append([f"distance ({first}, {second})", "m", None, *(value for (value,) in both), None])
     return heads, rows
+
+
+def _display(space: AbstractSpace) -> list[tuple[str, float]]:
+    """Unit and scale in which each degree of freedom is shown: attitudes in arcseconds, the rest as they are."""
+    out = []
+    for part in space.parts:
+        if isinstance(part, Quaternion):
+            out += [("arcsec", ARCSECONDS)] * part.dof
+        else:
+            out += [(unit, 1.0) for unit in part.tangent_units]
+    return out
+
+
+def _scaled(value: float | None, scale: float) -> float | None:
+    return None if value is None else value * scale
+
+
+def _length(table: dict[str, float], first: str, second: str) -> float | None:
+    """Root mean square distance, where both coordinates have a truth."""
+    return math.hypot(table[first], table[second]) if first in table and second in table else None
 
 
 def _facts(job: EstimateJob, path: Path) -> list[tuple[str, str]]:
@@ -114,8 +151,6 @@ def _facts(job: EstimateJob, path: Path) -> list[tuple[str, str]]:
 
 
 def _write(job: EstimateJob, path: Path) -> None:
-    from ..report import Table, write_report
-
     assert job.folder is not None
     result = job.result
     heads, rows = state_rows(job)
@@ -127,9 +162,13 @@ def _write(job: EstimateJob, path: Path) -> None:
         "verdict": str(job.verdict),
     }
     judgement = {True: "good", False: "bad", None: "unknown"}[job.verdict.consistent]
+    table = result.to_pandas()
+    table.attrs = attributes | {"units": _units(job)}
+    # Through memory: HDF5 leaves the process unsound when it runs out of disk in the middle of a file.
+    bundle = result.to_xarray(attributes).to_netcdf(engine="h5netcdf")
     with whole_folder(job.folder) as scratch:
-        result.to_pandas().to_parquet(scratch / "estimates.parquet")
-        result.to_xarray(attributes).to_netcdf(scratch / "result.nc", engine="h5netcdf")
+        table.to_parquet(scratch / "estimates.parquet")
+        (scratch / "result.nc").write_bytes(bundle)
         write_report(
             result,
             scratch / "report.html",
@@ -139,3 +178,11 @@ def _write(job: EstimateJob, path: Path) -> None:
             judgement=judgement,  # type: ignore[arg-type]  # one of the three words
             tables=[Table("States", tuple(heads), tuple(tuple(row) for row in rows))],
         )
+
+
+def _units(job: EstimateJob) -> dict[str, str]:
+    """Units of the columns of the table of estimates."""
+    space = job.result.model.space
+    own = dict(zip(space.names, space.units, strict=True))
+    sigmas = {f"std_{name}": unit for name, unit in zip(space.tangent_names, space.tangent_units, strict=True)}
+    return {"t": "s"} | own | sigmas | {f"true_{name}": own[name] for name in job.result.log.truth}

@@ -69,9 +69,7 @@ def _root_lapack(
         upper = jnp.linalg.qr(half.T, mode="r")
         return upper.T * jnp.sign(jnp.diagonal(upper) + (jnp.diagonal(upper) == 0)), values[0] >= -jnp.max(tolerance)
 
-    return jax.lax.cond(
-        jnp.all(jnp.isfinite(definite)), lambda: (definite, jnp.array(True)), lambda: semidefinite()
-    )
+    return jax.lax.cond(jnp.all(jnp.isfinite(definite)), lambda: (definite, jnp.array(True)), lambda: semidefinite())
 
 
 def _guarded_reciprocal(pivot: Array) -> Array:

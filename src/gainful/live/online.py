@@ -21,7 +21,6 @@ from ..models import AbstractModel, Instant, Sample
 from ..running.compiled import Frozen
 from ..running.log import fill_missing
 
-
 _STATUSES = tuple(Status)
 
 
@@ -127,7 +126,9 @@ class OnlineFilter:
             raise DataError(f"t: expected a time not before {last:.9g} s, got {t:.9g} s")
         inputs = np.zeros(0) if u is None else np.atleast_1d(np.asarray(u, dtype=float))
         if inputs.shape != (self._sizes[0],):
-            raise ShapeError(f"u: expected shape ({self._sizes[0]},) ({', '.join(self._model.inputs)}), got {inputs.shape}")
+            raise ShapeError(
+                f"u: expected shape ({self._sizes[0]},) ({', '.join(self._model.inputs)}), got {inputs.shape}"
+            )
         if not np.isfinite(inputs).all():
             raise DataError(f"u at t = {t:.9g} s: expected finite numbers, got {inputs}")
         point, seen = self._measured(y)
@@ -174,7 +175,9 @@ class OnlineFilter:
         after_cov = after_mean + dof * dof
         cov = report[after_mean:after_cov].reshape(dof, dof)
         status = _STATUSES[int(report[-1])]
-        return OnlineEstimate(t, names, report[:after_mean], cov, float(report[after_cov]), report[after_cov + 1 : -1], status)
+        return OnlineEstimate(
+            t, names, report[:after_mean], cov, float(report[after_cov]), report[after_cov + 1 : -1], status
+        )
 
 
 @functools.partial(jax.jit, static_argnums=(0, 1))

@@ -138,9 +138,7 @@ def augment(
             raise unknown_name("bias: signal", name, [*outputs, *model.inputs])
         rows_out.append(outputs.index(name) if name in outputs else -1)
         rows_in.append(model.inputs.index(name) if name in model.inputs else -1)
-        units.append(
-            model.output.tangent_units[rows_out[-1]] if rows_out[-1] >= 0 else model.input_units[rows_in[-1]]
-        )
+        units.append(model.output.tangent_units[rows_out[-1]] if rows_out[-1] >= 0 else model.input_units[rows_in[-1]])
     signals: dict[str, Any] = {name: bounds.get(name, "1") for name in parameters}
     signals |= {f"bias_{name}": unit for name, unit in zip(biases, units, strict=True)}
     taken = set(signals) & set(model.space.names)

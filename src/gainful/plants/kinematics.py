@@ -26,9 +26,7 @@ class _WhiteAcceleration:
         return jnp.kron(corner, jnp.eye(n))
 
 
-def constant_velocity(
-    axes: int = 2, acceleration_density: float = 1.0, position_sigma: float = 1.0
-) -> Model:
+def constant_velocity(axes: int = 2, acceleration_density: float = 1.0, position_sigma: float = 1.0) -> Model:
     """A point that keeps its velocity but for white acceleration, measured in position.
 
     Args:
@@ -39,7 +37,7 @@ def constant_velocity(
     Source: Bar-Shalom, Li and Kirubarajan (2001), Estimation with Applications to Tracking and Navigation, 6.2.2.
     """
     names = "xyz"[:axes]
-    states = {name: "m" for name in names} | {f"v{name}": "m/s" for name in names}
+    states = dict.fromkeys(names, "m") | {f"v{name}": "m/s" for name in names}
     return linear_model(
         _constant_velocity_transition,
         jnp.eye(axes, 2 * axes),
@@ -62,9 +60,7 @@ def _first_two(x: Array, u: Array, t: Array) -> Array:
     return x[:2]
 
 
-def planar_vehicle(
-    speed_density: float = 0.01, turn_density: float = 1e-4, position_sigma: float = 1.0
-) -> Model:
+def planar_vehicle(speed_density: float = 0.01, turn_density: float = 1e-4, position_sigma: float = 1.0) -> Model:
     """A vehicle in the plane, driven by measured speed and turn rate, with position fixes; heading counts from x to y.
 
     Args:

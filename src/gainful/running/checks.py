@@ -1,30 +1,31 @@
-"""Everything that can be known to be wrong before a run, and what to say when one fails."""
+"""Everything that can be known to be wrong before a run."""
 
 from __future__ import annotations
 
 import os
 import traceback
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..errors import GainfulError, ModelError, NumericalError, PrecisionError, ShapeError, Status
+from ..errors import GainfulError, ModelError, PrecisionError, ShapeError
 from ..estimates import AbstractEstimate
 from ..filters import AbstractEstimator
 from ..linalg import check_covariance
 from ..models import AbstractModel, Instant
 from ..models.functions import Matrix
+from .compiled import compiled_call
 from .log import Log
-
-if TYPE_CHECKING:
-    from .result import Result
 
 _STEP_TOLERANCE = 0.01
 """Relative spread of the steps beyond which they are not equal."""
+
+_NOISE_ROWS = 64
+"""Noise given as functions of time is looked at in so many places along the record."""
 
 
 def check_problem(
@@ -64,7 +65,9 @@ def _check_prior(model: AbstractModel, prior: AbstractEstimate) -> None:
         if array.shape != shape:
             raise ShapeError(f"prior {role}: expected shape {shape}, got {array.shape}; make it with make_prior")
         if not jnp.issubdtype(array.dtype, jnp.floating):
-            raise ShapeError(f"prior {role}: expected floating-point numbers, got {array.dtype}; make it with make_prior")
+            raise ShapeError(
+                f"prior {role}: expected floating-point numbers, got {array.dtype}; make it with make_prior"
+            )
     bad = np.flatnonzero(~np.isfinite(np.asarray(prior.mean)))
     if bad.size:
         k = int(bad[0])
@@ -110,6 +113,14 @@ def _first_moment(model: AbstractModel, prior: AbstractEstimate, data: Log) -> t
 
 def _check_functions(model: AbstractModel, prior: AbstractEstimate, data: Log) -> None:
     """Trace the model's functions once, so that a wrong shape or a mistake is reported in their own terms."""
+    for leaf in jax.tree.leaves(model):
+        try:
+            hash(0 if eqx.is_array(leaf) else leaf)
+        except TypeError as problem:
+            kind = type(leaf).__name__
+            raise ModelError(
+                f"model: expected functions that can be hashed, got a {kind}; equinox.Module can"
+            ) from problem
     x, when = _first_moment(model, prior, data)
     own = {"f": model.transition, "h": model.observe, "Q": model.process_noise, "R": model.measurement_noise}
     for role, fn in own.items():
@@ -122,13 +133,25 @@ def _check_functions(model: AbstractModel, prior: AbstractEstimate, data: Log) -
     matrices = [leaf for leaf in jax.tree.leaves(model, is_leaf=_is_matrix) if _is_matrix(leaf)]
     if matrices and all(matrix.fn is None for matrix in matrices):
         return  # given as numbers, and checked when the model was made
-    for role, names in (("Q", model.space.tangent_names), ("R", model.output.tangent_names)):
-        value = np.asarray(jax.jit(lambda fn=own[role]: fn(x, when))())
-        if np.isfinite(value).all():
-            check_covariance(value, f"{role} at t = {float(when.t):.6g} s", names)
+    rows = np.linspace(0, len(data) - 1, _NOISE_ROWS).astype(int)
+    dt = np.where(data.dt > 0, data.dt, np.asarray(when.dt))
+    moments = Instant(*(jnp.asarray(values[rows], x.dtype) for values in (data.t, dt, data.u)))
+    found, _ = compiled_call(_noises, (model,), x, moments)
+    for k, t in enumerate(np.asarray(moments.t)):
+        for role, noise, names in zip(
+            ("Q", "R"), found, (model.space.tangent_names, model.output.tangent_names), strict=True
+        ):
+            value = np.asarray(noise[k])
+            if np.isfinite(value).all():  # if not, the step that uses it says so
+                check_covariance(value, f"{role} at t = {t:.6g} s", names)
 
 
-_LIBRARIES = tuple(os.path.dirname(module.__file__) for module in (jax, eqx, np)) + (str(Path(__file__).parents[1]),)
+def _noises(parts: tuple[AbstractModel], x: jax.Array, moments: Instant) -> tuple[jax.Array, jax.Array]:
+    """Q and R at some moments, at one state."""
+    return jax.vmap(lambda when: (parts[0].process_noise(x, when), parts[0].measurement_noise(x, when)))(moments)
+
+
+_LIBRARIES = (*(os.path.dirname(module.__file__) for module in (jax, eqx, np)), str(Path(__file__).parents[1]))
 
 
 def place_of(problem: BaseException) -> str:
@@ -145,85 +168,10 @@ def _explained(problem: Exception) -> str:
         jax.errors.ConcretizationTypeError: "it needs jax.numpy in place of float(), int() and Python's own math",
     }
     text = (str(problem).splitlines() or [""])[0]
-    return next((hint for kind, hint in hints.items() if isinstance(problem, kind)), f"{type(problem).__name__}: {text}")
+    return next(
+        (hint for kind, hint in hints.items() if isinstance(problem, kind)), f"{type(problem).__name__}: {text}"
+    )
 
 
 def _is_matrix(leaf: Any) -> bool:
     return isinstance(leaf, Matrix)
-
-
-def raise_failure(result: Result) -> None:
-    """Raise for the first failed step, naming row, time, cause and what to try."""
-    failed = np.flatnonzero(result.status >= Status.not_positive)
-    if not failed.size:
-        _raise_negative(result)
-        return
-    k = int(failed[0])
-    # A covariance of NaN is not positive either, but that is not what went wrong.
-    status = Status(int(result.status[k])) if np.isfinite(result.residual_cov[k]).all() else Status.nonfinite
-    log = result.log
-    before = result.prior.mean if k == 0 else jnp.asarray(result.mean[k - 1])
-    cause = _cause(result.model, log, k, before, status, result)
-    more = f"; {failed.size - 1} later rows failed too" if failed.size > 1 else ""
-    raise NumericalError(f"{_row(log, k)}: {status.sentence}. {cause}{more}")
-
-
-def _row(log: Log, k: int) -> str:
-    return f"row {int(np.count_nonzero(log.kept[:k]))} at t = {log.t[k]:.9g} s"
-
-
-def _raise_negative(result: Result) -> None:
-    """A covariance that went negative without any step noticing: Q or R are no covariances further along."""
-    variances = np.diagonal(result.cov, axis1=1, axis2=2)
-    negative = np.argwhere(variances < -1e-8 * np.abs(variances).max(axis=0, initial=0.0))
-    if negative.size:
-        k, j = (int(i) for i in negative[0])
-        name = result.model.space.tangent_names[j]
-        raise NumericalError(
-            f"{_row(result.log, k)}: the variance of {name!r} came out as {variances[k, j]:.6g}; "
-            "check that Q and R are covariances at all times"
-        )
-
-
-def _cause(model: AbstractModel, log: Log, k: int, x: jax.Array, status: Status, result: Result) -> str:
-    state = _listed(model.space.names, np.asarray(x))
-    when = jax.tree.map(lambda v: jnp.asarray(v, x.dtype), Instant(log.t[k], log.dt[k], log.u[k]))  # type: ignore[arg-type]
-    moved = model.transition(x, when)
-    if not np.isfinite(np.asarray(moved)).all():
-        return f"f returned {_bad(model.space.names, np.asarray(moved))} from the state {state}"
-    there = _listed(model.space.names, np.asarray(moved))
-    noises = {"Q": (model.process_noise(x, when), state), "R": (model.measurement_noise(moved, when), there)}
-    for role, (noise, where) in noises.items():
-        if not np.isfinite(np.asarray(noise)).all():
-            return f"{role} is not finite at the state {where}"
-    y = np.asarray(model.observe(moved, when))
-    if not np.isfinite(y).all():
-        return f"h returned {_bad(model.output.names, y)} at the state {there}"
-    slope = np.asarray(jax.jacfwd(lambda x: model.transition(x, when))(x))
-    for role, derivative, where in (
-        ("f", slope, state),
-        ("h", np.asarray(jax.jacfwd(lambda x: model.observe(x, when))(moved)), there),
-    ):
-        if not np.isfinite(derivative).all():
-            return f"the derivative of {role} is not finite at the state {where}; sqrt and norm have none at 0"
-    if status == Status.nonfinite:
-        reach = np.abs(result.std[max(k - 1, 0)]).max() * max(1.0, float(np.abs(slope).max()))
-        if reach > 1e100:
-            return f"the covariance overflowed near the state {state}; check the units and the size of Q and P0"
-        return f"f or h is not finite within a sigma or so of the state {state}"
-    signals = [name for name, seen in zip(model.output.tangent_names, log.seen[k], strict=True) if seen]
-    for role, names in (("Q", model.space.tangent_names), ("R", model.output.tangent_names)):
-        for name, variance in zip(names, np.diag(np.asarray(noises[role][0])), strict=True):
-            if variance < 0:
-                return f"{role}: expected variances of at least 0, got {variance:.6g} for {name!r}"
-            if role == "R" and variance == 0 and name in signals:
-                return f"R is 0 for {name!r}, and its prediction is certain already; give it the sensor's variance"
-    return f"measured: {', '.join(signals)}; check that P0, Q and R are covariances in matching units, or use square_root=True"
-
-
-def _listed(names: tuple[str, ...], values: Any) -> str:
-    return ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, values, strict=True))
-
-
-def _bad(names: tuple[str, ...], values: np.ndarray) -> str:
-    return ", ".join(f"{v} in {n!r}" for n, v in zip(names, values, strict=True) if not np.isfinite(v))

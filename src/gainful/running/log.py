@@ -94,7 +94,9 @@ def make_log(
     back = np.flatnonzero(np.diff(times) < 0)
     if back.size:
         k = int(back[0]) + 1
-        raise DataError(f"t: expected times that never decrease, got {times[k]:.9g} s after {times[k - 1]:.9g} s in row {k}")
+        raise DataError(
+            f"t: expected times that never decrease, got {times[k]:.9g} s after {times[k - 1]:.9g} s in row {k}"
+        )
     y = _table(y, rows, model.output.names, "y")
     u = _table(np.zeros((rows, 0)) if u is None else u, rows, model.inputs, "u")
     for j, name in enumerate(model.output.names):

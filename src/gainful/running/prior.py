@@ -23,8 +23,8 @@ def make_prior(model: AbstractModel, mean: Any, std: Any = None, *, cov: Any = N
         model: whose state it is.
         mean: one number per state coordinate, or a mapping from state name to number; a quaternion is named as a whole
             and given as four numbers, scalar last.
-        std: standard deviations: one number per degree of freedom, or a mapping from state name to number, in the state's
-            own unit (for a quaternion: rad, one number or three).
+        std: standard deviations: one number per degree of freedom, or a mapping from state name to number, in the
+            state's own unit (for a quaternion: rad, one number or three).
         cov: covariance in tangent coordinates (dof, dof), in place of `std`.
 
     Raises:
@@ -91,7 +91,9 @@ def _rule(space: AbstractSpace, k: int) -> str:
         if start <= k < start + part.size:
             if isinstance(part, Interval):
                 return f"a number between {part.lower:g} and {part.upper:g}"
-            return {"Quaternion": "a unit quaternion", "Positive": "a number above 0"}.get(type(part).__name__, "a point of its space")
+            return {"Quaternion": "a unit quaternion", "Positive": "a number above 0"}.get(
+                type(part).__name__, "a point of its space"
+            )
         start += part.size
     return "a point of its space"
 
@@ -118,7 +120,9 @@ def _deviations(space: AbstractSpace, std: Any) -> np.ndarray:
     else:
         sigma = _numbers(std, "prior std")
     if sigma.shape != (space.dof,):
-        raise ShapeError(f"prior std: expected shape ({space.dof},) ({', '.join(space.tangent_names)}), got {sigma.shape}")
+        raise ShapeError(
+            f"prior std: expected shape ({space.dof},) ({', '.join(space.tangent_names)}), got {sigma.shape}"
+        )
     bad = np.flatnonzero(~(np.isfinite(sigma) & (sigma >= 0)))
     if bad.size:
         k = int(bad[0])

@@ -123,7 +123,9 @@ class Result:
         names, truth = self.model.space.names, self.log.truth
         out, i = [], 0
         for part in self.model.space.parts:
-            columns = np.stack([truth.get(name, np.full(len(self.t), np.nan)) for name in names[i : i + part.size]], axis=1)
+            columns = np.stack(
+                [truth.get(name, np.full(len(self.t), np.nan)) for name in names[i : i + part.size]], axis=1
+            )
             here = self.mean[:, i : i + part.size]
             if part.size != part.dof:
                 valid = np.isfinite(columns).all(axis=1, keepdims=True)

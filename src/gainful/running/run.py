@@ -15,8 +15,9 @@ import numpy as np
 from ..estimates import AbstractEstimate
 from ..filters import AbstractEstimator, Info
 from ..models import AbstractModel, Instant, Sample
-from .checks import check_problem, raise_failure
+from .checks import check_problem
 from .compiled import compiled_call
+from .failures import raise_failure
 from .log import Log
 from .result import Result, Timing
 
@@ -30,7 +31,9 @@ def samples_of(log: Log, dtype: Any) -> Sample:
     return Sample(Instant(t, dt, u), y, np.asarray(log.seen, bool))  # type: ignore[arg-type]  # numpy is taken as is
 
 
-def scan(estimator: AbstractEstimator, model: AbstractModel, prior: AbstractEstimate, samples: Sample) -> tuple[Any, Info]:
+def scan(
+    estimator: AbstractEstimator, model: AbstractModel, prior: AbstractEstimate, samples: Sample
+) -> tuple[Any, Info]:
     """Steps through stacked samples: pure, so `jit`, `vmap` over runs and `grad` apply.
 
     Args:
@@ -42,7 +45,9 @@ def scan(estimator: AbstractEstimator, model: AbstractModel, prior: AbstractEsti
     Returns:
         The memory after the last sample, and the reports stacked along time.
     """
-    return jax.lax.scan(lambda carry, sample: estimator.step(model, carry, sample), estimator.init(model, prior), samples)
+    return jax.lax.scan(
+        lambda carry, sample: estimator.step(model, carry, sample), estimator.init(model, prior), samples
+    )
 
 
 def _start(parts: tuple[AbstractEstimator, AbstractModel], prior: AbstractEstimate) -> Any:
@@ -55,9 +60,7 @@ def _advance(parts: tuple[AbstractEstimator, AbstractModel], carry: Any, samples
     return jax.lax.scan(lambda memory, sample: estimator.step(model, memory, sample), carry, samples)
 
 
-def _scan(
-    parts: tuple[AbstractEstimator, AbstractModel], prior: AbstractEstimate, samples: Sample
-) -> tuple[Any, Info]:
+def _scan(parts: tuple[AbstractEstimator, AbstractModel], prior: AbstractEstimate, samples: Sample) -> tuple[Any, Info]:
     return scan(*parts, prior, samples)
 
 
@@ -108,7 +111,10 @@ def run(
 
 
 def _in_chunks(
-    parts: tuple[AbstractEstimator, AbstractModel], prior: AbstractEstimate, samples: Sample, report: Callable[[int], None]
+    parts: tuple[AbstractEstimator, AbstractModel],
+    prior: AbstractEstimate,
+    samples: Sample,
+    report: Callable[[int], None],
 ) -> tuple[Info, float]:
     """The same scan in equal pieces, the last one padded with rows in which nothing happens."""
     rows = len(samples.when.t)

@@ -16,9 +16,7 @@ from ..models import AbstractModel, Instant
 from .log import Log, make_log
 
 
-def draw_log(
-    model: AbstractModel, prior: AbstractEstimate, t: Any, u: Any = None, *, key: Array
-) -> Log:
+def draw_log(model: AbstractModel, prior: AbstractEstimate, t: Any, u: Any = None, *, key: Array) -> Log:
     """A record as the model would produce it, with its truth: initial state from the prior, noise from Q and R.
 
     Args:

@@ -40,7 +40,9 @@ def smooth(result: Result) -> Result:
     Differs: the covariance is a sum of squares, which stays positive semi-definite.
     """
     if not isinstance(result.estimator, KalmanFilter):
-        raise ModelError(f"smooth: expected the result of a Kalman filter, got one of {type(result.estimator).__name__}")
+        raise ModelError(
+            f"smooth: expected the result of a Kalman filter, got one of {type(result.estimator).__name__}"
+        )
     if result.smoothed:
         raise ModelError("smooth: the result is smoothed already")
     samples = samples_of(result.log, result.prior.mean.dtype)
