@@ -63,7 +63,6 @@ LINEARIZATIONS: dict[type, list[AbstractLinearization]] = {
         gf.SigmaPoints(Unscented(alpha=0.1)),
         gf.SigmaPoints(Cubature()),
         gf.SigmaPoints(GaussHermite()),
-        gf.SigmaPoints(),
     ],
 }
 
@@ -144,7 +143,7 @@ DYNAMICS: dict[type, list[AbstractModel]] = {
 
 ESTIMATORS: dict[type, list[tuple[AbstractEstimator, AbstractModel | None]]] = {
     # With each the model it needs; the cart if None. Filters are tried in combinations too, see `combinations`.
-    gf.KalmanFilter: [(gf.kalman_filter(), spring_model())],
+    gf.KalmanFilter: [(gf.kalman_filter(), DYNAMICS[LinearDynamics][0])],
 }
 
 KINDS: dict[type, dict[type, list[Any]]] = {
@@ -188,9 +187,14 @@ def flat(table: dict[type, list[Any]]) -> list[Any]:
 
 
 def combinations(full: bool) -> list[gf.KalmanFilter]:
-    """Filters in which every part, and every pair of parts, occurs; or all of them."""
+    """Filters in which every pair of parts occurs; or all of them.
+
+    Sigma-point rules differ in numbers only: two of them stand for all, with a negative weight and without one.
+    """
     axes = [
-        [linearization for linearization in flat(LINEARIZATIONS) if linearization != gf.SigmaPoints() or full],
+        flat(LINEARIZATIONS)
+        if full
+        else [gf.Taylor(), gf.SigmaPoints(Unscented(alpha=0.1)), gf.SigmaPoints(Cubature())],
         [update for update, _ in flat(UPDATES)],
         flat(NOISES),
         flat(ESTIMATES),

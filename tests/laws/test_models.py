@@ -2,6 +2,7 @@
 
 import dataclasses
 import decimal
+import itertools
 
 import equinox as eqx
 import jax
@@ -160,7 +161,7 @@ def test_runge_kutta_is_of_fourth_order() -> None:
     step = jax.jit(lambda x, when: model.transition(x, when))
     exact = end(256)
     errors = [np.abs(end(steps) - exact).max() for steps in (2, 4, 8)]
-    for coarse, fine in zip(errors, errors[1:], strict=False):
+    for coarse, fine in itertools.pairwise(errors):
         assert 12 < coarse / fine < 22  # 2^4 to leading order
 
 

@@ -39,14 +39,6 @@ def y() -> jax.Array:
     return reading(model, prior.mean, instant(model), jax.random.key(5), sigmas=2.0)
 
 
-@pytest.mark.parametrize("estimate", [gf.Gaussian, gf.SquareRoot], ids=name_of)
-@pytest.mark.parametrize("update", [update for update, _ in flat(UPDATES)], ids=name_of)
-def test_a_row_with_nothing_seen_is_a_no_op_bit_for_bit(update: AbstractUpdate, estimate: type, y: jax.Array) -> None:
-    carry, (after, info) = _step(update, y, [False] * 3, 0.0, estimate=estimate)
-    assert_identical(after, carry, "memory")
-    assert_identical(info.estimate, carry.estimate, "estimate")
-
-
 def test_a_gate_that_lets_everything_pass_is_the_exact_update_bit_for_bit(y: jax.Array) -> None:
     # 40 sigmas: any gate below probability 1 would refuse.
     far = y.at[0].add(8.0)

@@ -77,7 +77,7 @@ def whiten(
 ) -> tuple[Float[np.ndarray, "..."], Float[np.ndarray, "... n"], Int[np.ndarray, "..."]]:
     """Squares, the errors times an inverse root of their covariance, and degrees of freedom."""
     n, eps = errors.shape[-1], np.finfo(covs.dtype).eps
-    usable = np.isfinite(covs).all(axis=(-2, -1))
+    usable = np.asarray(np.isfinite(covs).all(axis=(-2, -1)))
     covs = np.where(usable[..., None, None], covs, np.eye(n)).astype(float)
     variances = np.diagonal(covs, axis1=-2, axis2=-1)
     known = np.isfinite(errors) & (variances > 0)

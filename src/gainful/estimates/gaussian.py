@@ -39,6 +39,12 @@ class Gaussian(AbstractEstimate):
     cov: Float[Array, "dof dof"]
     space: AbstractSpace
 
+    # Written out, since type checkers would take the abstract `factor` for one more argument.
+    def __init__(self, mean: Float[Array, " size"], cov: Float[Array, "dof dof"], space: AbstractSpace):
+        self.mean = mean
+        self.cov = cov
+        self.space = space
+
     @classmethod
     def start(cls, mean: Float[Array, " size"], cov: Float[Array, "dof dof"], space: AbstractSpace) -> Self:
         return cls(mean, cov, space)

@@ -42,6 +42,12 @@ class SquareRoot(AbstractEstimate):
     factor: Float[Array, "dof dof"]
     space: AbstractSpace
 
+    # Written out, since type checkers would take the abstract `cov` for one more argument.
+    def __init__(self, mean: Float[Array, " size"], factor: Float[Array, "dof dof"], space: AbstractSpace):
+        self.mean = mean
+        self.factor = factor
+        self.space = space
+
     @classmethod
     def start(cls, mean: Float[Array, " size"], cov: Float[Array, "dof dof"], space: AbstractSpace) -> Self:
         return cls(mean, root(cov)[0], space)

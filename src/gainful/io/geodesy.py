@@ -38,5 +38,6 @@ def add_local_columns(table: Table, frame: LocalFrame) -> Table:
         origin = [latitude[first[0]], longitude[first[0]], height[first[0]]]
     if len(origin) != 3 or not abs(origin[0]) <= 90.0:
         raise ConfigError(f"origin: expected latitude [deg], longitude [deg] and height [m], got {origin}")
-    east, north, up = pymap3d.geodetic2enu(latitude, longitude, height, *origin)
+    lat0, lon0, height0 = origin
+    east, north, up = pymap3d.geodetic2enu(latitude, longitude, height, lat0, lon0, height0)
     return Table(table.path, table.frame.assign(east=east, north=north, up=up))

@@ -85,11 +85,7 @@ class Reader:
         late = int(np.count_nonzero(np.diff(t) < 0))
         t, values = t[order], values[order]
         if where.increment:
-            steps = np.diff(t)
-            if (steps <= 0).any():
-                twice = t[1:][steps <= 0][0]
-                raise DataError(f"signal {name!r}: an increment needs times that increase, got t = {twice:.9g} s twice")
-            t, values = t[1:], values[1:] / steps[:, None]
+            t, values = _rates(t, values, name)
         return Series(t, values, late)
 
     def _check_times(self, t: np.ndarray, table: Table, name: str) -> None:
@@ -103,6 +99,19 @@ class Reader:
                 f"{table.path.name}: time goes back from {t[k - 1]:.9g} s to {t[k]:.9g} s in {table.row(k)} of signal "
                 f'{name!r} ({back.size} such rows); late = "sort" sorts them'
             )
+
+
+def _rates(t: np.ndarray, values: np.ndarray, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Changes as rates over the time since the last row that has one; empty cells belong to other signals' rows."""
+    present = np.isfinite(values).all(axis=1)
+    t, values = t[present], values[present]
+    steps = np.diff(t)
+    if not steps.size:
+        raise DataError(f"signal {name!r}: an increment needs at least two rows, got {len(t)}")
+    if (steps <= 0).any():
+        twice = t[1:][steps <= 0][0]
+        raise DataError(f"signal {name!r}: an increment needs times that increase, got t = {twice:.9g} s twice")
+    return t[1:], values[1:] / steps[:, None]
 
 
 def _in_unit(values: np.ndarray, where: Column, unit: str, name: str) -> np.ndarray:

@@ -21,7 +21,7 @@ class Column:
             "deg/s".
         time: its time column; the record's if empty.
         where: take only rows in which these columns have these values.
-        increment: the numbers are changes since the last row; they are divided by the time since then.
+        increment: the numbers are changes since the last row that has one; they are divided by the time since then.
         hold: for inputs: "previous" holds a value until the next one, "next" applies it to the interval that ends at
             its time, "linear" interpolates. An increment is always "next".
         missing: numbers that stand for a missing value.

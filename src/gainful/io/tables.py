@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import warnings
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -48,7 +48,7 @@ class Table:
         try:
             return values.to_numpy(dtype=float, na_value=np.nan)
         except (TypeError, ValueError):
-            parsed = pd.to_numeric(values, errors="coerce")
+            parsed = cast("Any", pd.to_numeric(values, errors="coerce"))
             text = values.astype(str).str.strip()
             bad = np.flatnonzero(parsed.isna().to_numpy() & values.notna().to_numpy() & (text != "").to_numpy())
             if not bad.size:

@@ -24,7 +24,7 @@ def write_starter(folder: Path | str) -> list[Path]:
     for name in FILES:
         if (folder / name).exists():
             raise DataError(f"{folder / name} is there already; choose another folder")
-    here = resources.files(__package__).joinpath("starter")
+    here = resources.files(str(__package__)).joinpath("starter")
     with whole_folder(folder) as scratch:
         for name in FILES:
             (scratch / name).write_bytes(here.joinpath(name).read_bytes())

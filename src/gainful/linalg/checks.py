@@ -23,7 +23,7 @@ def check_covariance(matrix: np.ndarray, role: str, names: Sequence[str]) -> Non
     unit = matrix / np.outer(scale, scale)
     skew = np.abs(unit - unit.T)
     if skew.max() > 1e-8:
-        i, j = np.unravel_index(int(skew.argmax()), skew.shape)
+        i, j = (int(k) for k in np.unravel_index(int(skew.argmax()), skew.shape))
         raise CovarianceError(
             f"{role}: expected a symmetric matrix, got {matrix[i, j]:.6g} for ({names[i]!r}, {names[j]!r}) "
             f"but {matrix[j, i]:.6g} for ({names[j]!r}, {names[i]!r})"

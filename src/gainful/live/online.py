@@ -94,13 +94,16 @@ class OnlineFilter:
         if max_step is not None and not (max_step > 0 and math.isfinite(max_step)):
             raise DataError(f"max_step: expected a time above 0 s, got {max_step!r}")
         self._model, self._time, self._max_step, self._throw = model, start, max_step, throw
-        self._arrays, fixed = eqx.partition((estimator, model), eqx.is_array)
         carry = eqx.filter_jit(estimator.init)(model, prior)
-        # The carry's arrays go round the step; its structure is part of the program.
-        self._carry, shape = eqx.partition(carry, eqx.is_array)
-        self._frozen, self._dtype = Frozen((fixed, shape)), prior.mean.dtype
+        # Bare tuples of arrays go in and round; what holds them together is part of the program.
+        self._arrays, parts = _taken_apart((estimator, model))
+        self._carry, memory = _taken_apart(carry)
+        self._frozen, self._dtype = Frozen((parts, memory)), prior.mean.dtype
         self._sizes = (len(model.inputs), model.output.size, model.output.dof)
+        # Read once: attribute access on a module costs as much as the rest of a push.
         self._names, self._dof = model.space.names, model.space.dof
+        self._signals, self._inputs = model.output.names, model.inputs
+        self._plain = all(part.size == part.dof for part in model.output.parts)
         self._nothing = self._measured(None)
 
     def warm_up(self) -> None:
@@ -126,9 +129,7 @@ class OnlineFilter:
             raise DataError(f"t: expected a time not before {last:.9g} s, got {t:.9g} s")
         inputs = np.zeros(0) if u is None else np.atleast_1d(np.asarray(u, dtype=float))
         if inputs.shape != (self._sizes[0],):
-            raise ShapeError(
-                f"u: expected shape ({self._sizes[0]},) ({', '.join(self._model.inputs)}), got {inputs.shape}"
-            )
+            raise ShapeError(f"u: expected shape ({self._sizes[0]},) ({', '.join(self._inputs)}), got {inputs.shape}")
         if not np.isfinite(inputs).all():
             raise DataError(f"u at t = {t:.9g} s: expected finite numbers, got {inputs}")
         point, seen = self._measured(y)
@@ -150,8 +151,7 @@ class OnlineFilter:
         return _packed_step(self._frozen, self._sizes, self._arrays, self._carry if carry is None else carry, packed)
 
     def _measured(self, y: Any) -> tuple[np.ndarray, np.ndarray]:
-        model, size = self._model, self._sizes[1]
-        names = model.output.names
+        size, names = self._sizes[1], self._signals
         if y is None:
             values = np.full(size, np.nan)
         elif isinstance(y, Mapping):
@@ -161,13 +161,17 @@ class OnlineFilter:
                     raise ShapeError(f"y: {name!r} is not a signal of the model; {did_you_mean(name, names)}")
                 values[names.index(name)] = value
         else:
-            values = np.atleast_1d(np.asarray(y, dtype=float))
+            values = np.asarray(y, dtype=float).reshape(-1) if np.ndim(y) < 2 else np.asarray(y, dtype=float)
         if values.shape != (size,):
             raise ShapeError(f"y: expected shape ({size},) ({', '.join(names)}), got {values.shape}")
-        if np.isinf(values).any():
+        seen = np.isfinite(values)
+        if seen.all():
+            if self._plain:
+                return values, seen
+        elif np.isinf(values).any():
             raise DataError(f"y: expected finite numbers, or NaN for missing, got {values}")
-        point, seen = fill_missing(model, values[None])
-        return point[0], seen[0]
+        point, known = fill_missing(self._model, values[None])
+        return point[0], known[0]
 
     def _opened(self, t: float, report: np.ndarray) -> OnlineEstimate:
         names, dof = self._names, self._dof
@@ -180,16 +184,28 @@ class OnlineFilter:
         )
 
 
+def _taken_apart(tree: Any) -> tuple[tuple[Array, ...], tuple[Any, Any]]:
+    """The arrays of a tree, and what is left of it without them."""
+    arrays, rest = eqx.partition(tree, eqx.is_array)
+    leaves, structure = jax.tree.flatten(arrays)
+    return tuple(jnp.asarray(leaf) for leaf in leaves), (structure, rest)
+
+
+def _put_together(leaves: tuple[Array, ...], left: tuple[Any, Any]) -> Any:
+    structure, rest = left
+    return eqx.combine(jax.tree.unflatten(structure, leaves), rest)
+
+
 @functools.partial(jax.jit, static_argnums=(0, 1))
 def _packed_step(
-    frozen: Frozen, sizes: tuple[int, int, int], arrays: Any, carry: Any, packed: Array
-) -> tuple[Any, Array]:
-    fixed, shape = frozen.tree
-    estimator, model = eqx.combine(arrays, fixed)
+    frozen: Frozen, sizes: tuple[int, int, int], arrays: tuple[Array, ...], carry: tuple[Array, ...], packed: Array
+) -> tuple[tuple[Array, ...], Array]:
+    parts, memory = frozen.tree
+    estimator, model = _put_together(arrays, parts)
     inputs, outputs, _ = sizes
     u, y, seen = packed[2 : 2 + inputs], packed[2 + inputs : 2 + inputs + outputs], packed[2 + inputs + outputs :]
     sample = Sample(Instant(packed[0], packed[1], u), y, seen > 0.5)
-    after, info = estimator.step(model, eqx.combine(carry, shape), sample)
+    after, info = estimator.step(model, _put_together(carry, memory), sample)
     estimate = info.estimate
     report = [estimate.mean, estimate.cov.ravel(), info.nis[None], info.weight, info.status[None].astype(packed.dtype)]
-    return eqx.filter(after, eqx.is_array), jnp.concatenate(report)
+    return _taken_apart(after)[0], jnp.concatenate(report)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import html
 import itertools
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import plotly.graph_objects as go
@@ -251,4 +251,4 @@ def add_points(
 
 def first_of(figure: go.Figure, name: str) -> bool:
     """Whether a name is not in the figure's legend yet."""
-    return all(trace.legendgroup != name for trace in figure.data)
+    return all(trace.legendgroup != name for trace in cast("Any", figure.data))

@@ -103,7 +103,7 @@ def _ellipses(
     travelled = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path[kept], axis=0).T))])
     at = np.searchsorted(travelled, np.linspace(0, travelled[-1], _ELLIPSES))
     rows = kept[np.unique(np.minimum(at, len(kept) - 1))]
-    columns = [result.model.space.tangent_names.index(name) for name in pair]
+    columns = np.array([result.model.space.tangent_names.index(name) for name in pair])
     values, vectors = np.linalg.eigh(result.cov[np.ix_(rows, columns, columns)])
     radius = np.sqrt(scipy.special.chdtri(2, 0.05))
     drawn = radius * np.sqrt(np.maximum(values[:, 1], 0.0)) <= widest

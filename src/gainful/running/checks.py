@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import traceback
 from pathlib import Path
 from typing import Any
@@ -151,7 +150,7 @@ def _noises(parts: tuple[AbstractModel], x: jax.Array, moments: Instant) -> tupl
     return jax.vmap(lambda when: (parts[0].process_noise(x, when), parts[0].measurement_noise(x, when)))(moments)
 
 
-_LIBRARIES = (*(os.path.dirname(module.__file__) for module in (jax, eqx, np)), str(Path(__file__).parents[1]))
+_LIBRARIES = (*(module.__path__[0] for module in (jax, eqx, np)), str(Path(__file__).parents[1]))
 
 
 def place_of(problem: BaseException) -> str:

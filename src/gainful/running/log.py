@@ -140,7 +140,7 @@ def _floats(values: Any, name: str) -> np.ndarray:
         if kind.kind == "c":
             raise DataError(f"{name}: expected real numbers, got {kind}")
         if isinstance(values, np.ma.MaskedArray):
-            return values.astype(float).filled(np.nan)
+            return np.ma.filled(values.astype(float), np.nan)
         return np.asarray(values, dtype=float)
     except (TypeError, ValueError) as problem:
         if isinstance(problem, DataError):
@@ -189,7 +189,7 @@ def fill_missing(model: AbstractModel, y: np.ndarray) -> tuple[np.ndarray, np.nd
             # Any valid number will do; 1 is inside most bounds, and a masked component is cut off anyway.
             block[~known] = 1.0
         else:
-            whole = known.all(axis=1)
+            whole = np.asarray(known.all(axis=1))
             seen.append(np.repeat(whole[:, None], part.dof, axis=1))
             block[~whole] = np.eye(part.size)[-1]
             length = np.linalg.norm(block, axis=1)

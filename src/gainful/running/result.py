@@ -126,13 +126,13 @@ class Result:
             columns = np.stack(
                 [truth.get(name, np.full(len(self.t), np.nan)) for name in names[i : i + part.size]], axis=1
             )
-            here = self.mean[:, i : i + part.size]
+            here = jnp.asarray(self.mean[:, i : i + part.size])
             if part.size != part.dof:
                 valid = np.isfinite(columns).all(axis=1, keepdims=True)
-                difference = np.asarray(jax.vmap(part.minus)(np.where(valid, columns, here), here))
+                difference = np.asarray(jax.vmap(part.minus)(jnp.where(valid, columns, here), here))
                 out.append(np.where(valid, difference, np.nan))
             else:
-                out.append(np.asarray(jax.vmap(part.minus)(columns, here)))
+                out.append(np.asarray(jax.vmap(part.minus)(jnp.asarray(columns), here)))
             i += part.size
         return np.concatenate(out, axis=1)
 

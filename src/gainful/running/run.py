@@ -100,7 +100,9 @@ def run(
     if progress is not None:
         progress(len(data))
     trees = ("estimate", "memory")
-    arrays = {f.name: np.asarray(getattr(infos, f.name)) for f in dataclasses.fields(Info) if f.name not in trees}
+    arrays: dict[str, Any] = {
+        f.name: np.asarray(getattr(infos, f.name)) for f in dataclasses.fields(Info) if f.name not in trees
+    }
     timing = Timing(compile_seconds, seconds - compile_seconds)
     result = Result(
         estimator, model, prior, data, infos.estimate, infos.memory, **arrays, timing=timing, warnings=warnings

@@ -91,7 +91,7 @@ def _operate(cls: type[AbstractEstimate], p: dict[str, Any], seen: Any) -> dict[
         "plus_noise": estimate.plus_noise(p["extra"]),
         "revise": estimate.revise(affine, future),
     }
-    out = {name: (each.mean, each.cov, each.factor) for name, each in results.items()}
+    out: dict[str, Any] = {name: (each.mean, each.cov, each.factor) for name, each in results.items()}
     out["innovation"] = (innovation.residual, innovation.cov, innovation.nis, innovation.log_likelihood)
     return out
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 import jax
 import jax.numpy as jnp
@@ -94,7 +94,7 @@ def _stepped(
         if k in (_NOTHING, _AGAIN):
             _check_missing(info, label)
         if k == _NOTHING and hasattr(estimator, "predict"):
-            predicted = estimator.predict(model, carry, sample)
+            predicted = cast("Any", estimator).predict(model, carry, sample)
             assert_identical(info.estimate, predicted, f"{label}: without a measurement it only predicts")
         if k == _AGAIN:
             what = f"{label}: without a measurement and an interval nothing changes"

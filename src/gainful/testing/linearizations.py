@@ -153,7 +153,7 @@ def check_rule(rule: AbstractRule, *, degree: int = 3, sizes: tuple[int, ...] = 
 
 def _normal_moment(powers: tuple[int, ...]) -> float:
     """Expectation of a monomial: the product of the odd numbers below each power, 0 if one is odd."""
-    return float(np.prod([0.0 if p % 2 else np.prod(np.arange(1, p, 2)) for p in powers]))
+    return float(np.prod([0.0 if p % 2 else float(np.prod(np.arange(1, p, 2))) for p in powers]))
 
 
 def _assert_sum(terms: np.ndarray, expected: float, what: str) -> None:

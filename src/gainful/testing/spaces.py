@@ -100,7 +100,7 @@ def check_space(
 
 def _measure(space: AbstractSpace, origin: Array, small: Array, wide: Array, far: Array) -> dict[str, Any]:
     """Everything the laws speak of, in one function so that it compiles once."""
-    plus, minus, defect = (jax.vmap(fn) for fn in (space.plus, space.minus, space.defect))
+    plus, minus, defect = jax.vmap(space.plus), jax.vmap(space.minus), jax.vmap(space.defect)
     start = jnp.broadcast_to(origin, (len(wide), space.size))
     x, y = plus(start, wide), plus(start, -wide[::-1])
     near, gone, home = plus(x, small), plus(x, far), plus(x, -far)

@@ -61,8 +61,8 @@ def check_update(update: AbstractUpdate, *, limit: AbstractUpdate | None = None,
             assert_same_form(after, memory, f"{label}: memory")
             _check_report(found, prior, y, label, tolerance)
             memory = after
-        if limit is not None:
-            _check_limit(limit, prior, readings, f"{label}: in its limit", tolerance)
+    if limit is not None:
+        _check_limit(limit, start, readings, f"{type(update).__name__}: in its limit", tolerance)
 
 
 def _act(
