@@ -12,7 +12,7 @@ demo: $(VENV)/.demo
 	@echo "Above: the same ranges taken at their word, then with one bias per beacon. Open out/rover/report.html."
 
 test: $(VENV)/.dev
-	$(BIN)/python -m pytest -n 2 --dist worksteal
+	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 check: $(VENV)/.dev
 	$(BIN)/ruff format --check .

@@ -133,8 +133,19 @@ def broken_R(x, u, t, p):
 
 NEVER = np.inf
 SOUND = {
-    "f": NEVER, "h": NEVER, "Q": NEVER, "R": NEVER, "edge_Q": NEVER, "edge_R": NEVER, "wall": NEVER,
-    "growth": 1.0, "kink": 0.0, "old_Q": 0.1, "new_Q": 0.1, "old_R": 1.0, "new_R": 1.0,
+    "f": NEVER,
+    "h": NEVER,
+    "Q": NEVER,
+    "R": NEVER,
+    "edge_Q": NEVER,
+    "edge_R": NEVER,
+    "wall": NEVER,
+    "growth": 1.0,
+    "kink": 0.0,
+    "old_Q": 0.1,
+    "new_Q": 0.1,
+    "old_R": 1.0,
+    "new_R": 1.0,
 }
 
 

@@ -272,7 +272,7 @@ def test_an_attitude_with_one_empty_cell_is_missing_as_a_whole(put, read):
     )
     assert log.seen.tolist() == [[True] * 3, [False] * 3, [True] * 3]
     np.testing.assert_array_equal(log.y[2], [0, 0, 1, 0])
-    assert log.counts["missing measured"] == 1
+    assert log.missing == dict.fromkeys((f"measured_rotation_{axis}" for axis in "xyz"), 1)
 
 
 def test_four_numbers_that_are_no_attitude_are_refused_with_their_length(put, read):
@@ -414,7 +414,7 @@ def test_empty_cells_and_markers_are_missing_and_counted(put, read):
     put(HEADER + "0,1\n1,\n2,NA\n3,-999\n4,inf\n5,6\n")
     log = read(outputs={"y": gf.Column("x", missing=[-999, np.inf])})
     assert log.seen[:, 0].tolist() == [True, False, False, False, False, True]
-    assert log.counts["missing y"] == 4
+    assert log.missing == {"y": 4}
 
 
 def test_an_infinite_cell_is_refused_with_signal_column_row_and_time(put, read):

@@ -108,7 +108,7 @@ def test_the_page_can_be_read_by_a_screen_reader(page):
 def test_header_tells_counts_facts_and_verdict(page):
     text = page.texts["header"][0].replace("\N{NO-BREAK SPACE}", " ")
     assert "600 rows over 119.8 s" in text
-    assert "% missing" in text
+    assert " missing, " in text
     assert re.search(r"\d+ rejected", text)
     assert all(name in text and value in text for name, value in FACTS)
     assert "Consistent" in text

@@ -57,6 +57,5 @@ def _measurement_rows(job: EstimateJob) -> tuple[list[str], list[list[Any]]]:
         seen = result.seen[:, j] & kept
         rejected = seen & (result.weight[:, j] == 0) & ~failed
         sigma = float(np.sqrt(np.mean(result.residual[seen, j] ** 2))) if seen.any() else None
-        missing = next((c for key, c in result.log.counts.items() if key == f"missing {name}"), 0)
-        rows.append([name, int(seen.sum()), missing, int(rejected.sum()), sigma])
+        rows.append([name, int(seen.sum()), result.log.missing.get(name, 0), int(rejected.sum()), sigma])
     return ["signal", "measured", "missing", "rejected", "innovation RMS"], rows

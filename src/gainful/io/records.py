@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import Any
 
@@ -58,10 +59,14 @@ def read_log(model: AbstractModel, source: Source, base: Path | str = ".") -> Lo
     log = make_log(model, t, y, u, truth=truth, max_step=source.max_step)
     late = max((s.sorted_rows for s in (*outputs.values(), *inputs.values())), default=0)
     counts = {"late rows sorted": late, "rows before or after the inputs": left_out}
-    for name, series in outputs.items():
-        counts[f"missing {name}"] = int(np.isnan(series.values).any(axis=1).sum())
-    log.counts.update({name: count for name, count in counts.items() if count})
-    return log
+    # A sensor misses only where its own file has a row; where another one has, it was not due.
+    missing, names = {}, iter(model.output.tangent_names)
+    for name, (_, units) in groups.items():
+        gaps = int(np.isnan(outputs[name].values).any(axis=1).sum()) if name in outputs else 0
+        # A quaternion's four numbers are three degrees of freedom.
+        missing |= {next(names): gaps for _ in range(3 if len(units) == 4 else 1)}
+    found = {name: count for name, count in counts.items() if count}
+    return dataclasses.replace(log, counts=log.counts | found, missing=missing)
 
 
 def signal_groups(space: AbstractSpace) -> dict[str, tuple[slice, tuple[str, ...]]]:

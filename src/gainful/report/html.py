@@ -181,8 +181,7 @@ def counts_line(result: Result) -> str:
     rows, t = int(kept.sum()), result.t[kept]
     became = [f"{count:,} {_STATUS[Status[name]]}" for name, count in result.counts().items()]
     seen, found = result.seen[kept], innovations_of(result)
-    missing = 100 * (1 - seen.mean()) if seen.size else 0.0
-    values = f"{seen.sum():,} of {seen.size:,} values measured ({missing:.3g} % missing)"
+    values = f"{seen.sum():,} values measured, {sum(result.log.missing.values()):,} missing"
     values += f", {found.rejected.sum():,} rejected"
     if found.doubted.any():
         values += f", {found.doubted.sum():,} weighted down"
@@ -204,7 +203,7 @@ def measurement_table(result: Result) -> Table:
             float(np.sqrt(np.mean(values**2))) if len(values) else math.nan for values in (residual, residual / sigma)
         )
         measured = int(seen[:, j].sum())
-        counts = (measured, len(seen) - measured, int(found.rejected[:, j].sum()))
+        counts = (measured, result.log.missing.get(name, 0), int(found.rejected[:, j].sum()))
         rows.append((name if unit == "1" else f"{name} [{unit}]", *counts, rms, ratio))
     columns = ("Signal", "Measured", "Missing", "Rejected", "RMS", "RMS / σ")  # noqa: RUF001
     return Table("Measurements", columns, tuple(rows))

@@ -25,6 +25,7 @@ class Log:
         truth: reference values by state name, NaN where there is none, each (T,).
         inserted: rows that only split a long interval (T,).
         counts: what was done to the record on the way in, by name.
+        missing: how often each degree of freedom of the output should have been measured and was not, by name.
     """
 
     t: np.ndarray
@@ -35,6 +36,7 @@ class Log:
     truth: dict[str, np.ndarray] = dataclasses.field(default_factory=dict)
     inserted: np.ndarray | None = None
     counts: dict[str, int] = dataclasses.field(default_factory=dict)
+    missing: dict[str, int] = dataclasses.field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.t)
@@ -43,14 +45,6 @@ class Log:
     def kept(self) -> np.ndarray:
         """Rows of the record itself, without those that split a long interval."""
         return np.ones(len(self), bool) if self.inserted is None else ~self.inserted
-
-    def head(self, rows: int) -> Log:
-        """The first `rows` rows."""
-        cut = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
-        for name in ("t", "dt", "u", "y", "seen", "inserted"):
-            cut[name] = None if cut[name] is None else cut[name][:rows]
-        cut["truth"] = {name: values[:rows] for name, values in self.truth.items()}
-        return Log(**cut)
 
 
 def make_log(
@@ -107,7 +101,8 @@ def make_log(
     first = times[0] if start is None else float(start)
     if not first <= times[0]:
         raise DataError(f"start: expected a time not after the first row's {times[0]:.9g} s, got {first:.9g} s")
-    log = Log(times, np.diff(times, prepend=first), u, y, seen, _truth(model, truth, rows))
+    unseen = dict(zip(model.output.tangent_names, (~seen).sum(axis=0).tolist(), strict=True))
+    log = Log(times, np.diff(times, prepend=first), u, y, seen, _truth(model, truth, rows), missing=unseen)
     return log if max_step is None else split_long_steps(log, max_step)
 
 
@@ -233,4 +228,4 @@ def split_long_steps(log: Log, max_step: float) -> Log:
     seen = log.seen[source] & ~inserted[:, None]
     truth = {name: np.where(inserted, np.nan, values[source]) for name, values in log.truth.items()}
     counts = log.counts | {"split intervals": int((pieces > 1).sum())}
-    return Log(t, dt, log.u[source], log.y[source], seen, truth, inserted, counts)
+    return Log(t, dt, log.u[source], log.y[source], seen, truth, inserted, counts, log.missing)

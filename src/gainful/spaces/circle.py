@@ -12,7 +12,7 @@ from .base import AbstractSpace
 
 
 def wrap_angle(angle: Float[Array, "..."]) -> Float[Array, "..."]:
-    """The same angle in [-pi, pi] [rad]; angles already there come back bit for bit."""
+    """The same angle in [-pi, pi] (rad); angles already there come back bit for bit."""
     return angle - 2.0 * math.pi * jnp.round(angle / (2.0 * math.pi))
 
 

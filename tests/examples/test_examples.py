@@ -1,0 +1,107 @@
+"""The examples reach the accuracy they promise, on the records they name."""
+
+import dataclasses
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gainful as gf
+from gainful.config import build_filter, build_model, build_prior, load_config, parse_config
+from gainful.diagnostics import coverage, rmse
+from gainful.io import read_log
+from gainful.jobs import estimate, state_rows
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+RECORDS = Path(__file__).parents[3] / "shared" / "data"
+ARCSECOND = np.pi / 180 / 3600  # rad
+
+
+def position_error(result: gf.Result, first: str = "x", second: str = "y") -> float:
+    errors = rmse(result)
+    return float(np.hypot(errors[first], errors[second]))
+
+
+def recorded(folder: str) -> Path:
+    path = RECORDS / folder
+    if not path.is_dir():
+        pytest.skip(f"the record {folder} is not on this machine")
+    return path
+
+
+@pytest.fixture(scope="module")
+def rover() -> gf.Result:
+    return estimate(EXAMPLES / "rover" / "rover.toml").result
+
+
+def test_the_rover_is_located_within_a_metre_and_a_half_and_better_when_smoothed(rover):
+    assert rover.filtered is not None
+    assert position_error(rover.filtered) <= 1.5
+    assert position_error(rover) < position_error(rover.filtered)
+
+
+def test_the_rovers_bands_hold_the_truth(rover):
+    shares = coverage(rover)
+    assert min(shares["x"], shares["y"], shares["heading"]) > 0.9
+
+
+def test_the_rovers_radios_are_found_to_read_long(rover):
+    known = rover.log.seen.any(axis=1)
+    found = [rover[f"bias_range_{k}"][known].mean() for k in (0, 1, 5, 6)]
+    assert 2.3 < np.mean(found) < 3.5  # measured minus true range is 2.75 to 3.04 m per beacon
+
+
+def test_ranges_taken_at_their_word_lead_the_rover_astray(rover):
+    job = estimate(EXAMPLES / "rover" / "rover_without_bias.toml")
+    assert job.result.filtered is not None
+    assert 3.0 < position_error(job.result.filtered) < 4.0
+    assert job.verdict.consistent is False
+    heads, rows = state_rows(job)
+    distance = next(row for row in rows if row[0] == "distance (x, y)")
+    assert distance[heads.index("RMSE filtered")] == pytest.approx(position_error(job.result.filtered))
+
+
+def test_the_rovers_configuration_works_on_another_copy_of_the_record_by_its_paths_alone(rover):
+    folder = recorded("rover_range_plaza1")
+    text = (EXAMPLES / "rover" / "rover.toml").read_text()
+    text = text.replace(".csv.gz", ".csv").replace('folder = "data"', f'folder = "{folder}"')
+    text = text.replace('beacons = "data/beacons.csv"', f'beacons = "{folder / "beacons.csv"}"')
+    config = parse_config(tomllib.loads(text))
+    model = build_model(config.model, EXAMPLES / "rover")
+    log = read_log(model, config.data)
+    assert len(log) == len(rover.log)
+    result = gf.run(build_filter(config), model, build_prior(config, model), log)
+    # The copies are rounded alike but for a digit.
+    assert position_error(result) == pytest.approx(position_error(rover.filtered), abs=1e-3)
+
+
+@pytest.mark.parametrize("kind", ["ekf", "ukf"])
+def test_the_satellites_attitude_is_known_to_a_third_of_the_trackers_noise(kind):
+    config = load_config(EXAMPLES / "satellite" / "satellite.toml")
+    config = dataclasses.replace(config, filter={"kind": kind, "square_root": True})
+    model = build_model(config.model, EXAMPLES / "satellite")
+    log = read_log(model, config.data, EXAMPLES / "satellite")
+    result = gf.run(build_filter(config), model, build_prior(config, model), log)
+    errors = np.array([rmse(result)[f"attitude_rotation_{axis}"] for axis in "xyz"]) / ARCSECOND
+    assert (errors < 12).all()  # the tracker's are 30 arcseconds per axis
+    assert all(abs(result[f"bias_w{axis}"][-1]) < 5e-6 for axis in "xyz")  # the logged rates are corrected on board
+
+
+def test_the_car_is_located_within_a_metre_at_three_rates(tmp_path):
+    folder = recorded("car_comma2k19")
+    text = (EXAMPLES / "car" / "car.toml").read_text().replace('folder = "data"', f'folder = "{folder}"')
+    path = tmp_path / "car.toml"
+    path.write_text(text.replace('file = "car.py"', f'file = "{EXAMPLES / "car" / "car.py"}"'))
+    job = estimate(path)
+    result = job.result
+    assert result.filtered is not None
+    assert position_error(result.filtered, "east", "north") < 1.0
+    assert position_error(result, "east", "north") < position_error(result.filtered, "east", "north")
+    assert rmse(result)["heading"] < np.radians(0.5)
+    assert coverage(result)["north"] > 0.9
+    # Three rates: fixes at 10 Hz, wheels at 83 Hz, and rows at the gyro's 104 Hz beside them.
+    fixes, wheels = result.seen[:, 0].sum(), result.seen[:, 3].sum()
+    assert fixes == 579
+    assert 4950 < wheels <= 4974
+    assert len(result.log) > 6000 + wheels * 0.8
