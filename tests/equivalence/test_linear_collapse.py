@@ -68,9 +68,6 @@ def test_a_run_in_pieces_is_one_run(chunk: int, problem: Linear, monkeypatch: py
 
 
 def test_many_runs_at_once_are_each_run_alone(problem: Linear, rng: np.random.Generator) -> None:
-    import jax
-    import jax.numpy as jnp
-
     estimator = gf.kalman_filter()
     logs = [gf.make_log(problem.model, problem.t, rng.normal(size=problem.y.shape), problem.u) for _ in range(3)]
     priors = [gf.make_prior(problem.model, rng.normal(size=2), [1.0, 0.5]) for _ in range(3)]

@@ -91,7 +91,7 @@ def _error(cov: np.ndarray, exact: np.ndarray) -> float:
     ("dtype", "delta"), [(np.float64, 1e-8), (np.float64, 1e-10), (np.float32, 1e-3), (np.float32, 1e-4)]
 )
 def test_nearly_dependent_measurements_break_the_dense_form_only(dtype: Any, delta: float) -> None:
-    # Grewal and Andrews (2015), Kalman Filtering, example 7.2: delta^2 < eps < delta, so that H P H^T + R rounds to a
+    # Grewal and Andrews (2008), Kalman Filtering, chapter 6: delta^2 < eps < delta, so that H P H^T + R rounds to a
     # singular matrix. The square root sees delta itself, to eps / delta.
     problem = np.eye(3), [[1, 1, 1], [1, 1, 1 + delta]], delta**2 * np.eye(2)
     eps = float(np.finfo(dtype).eps)
@@ -105,7 +105,7 @@ def test_nearly_dependent_measurements_break_the_dense_form_only(dtype: Any, del
 
 @pytest.mark.parametrize(("dtype", "ratio"), [(np.float64, 1e12), (np.float32, 1e6), (np.float32, 1e8)])
 def test_a_vague_prior_and_precise_measurements_keep_their_digits_as_a_square_root(dtype: Any, ratio: float) -> None:
-    # Kaminski, Bryson and Schmidt (1971): P0 = ratio, R = 1 / ratio, so that P0 / R is the square of what eps can hold.
+    # What square roots were invented for (Kaminski, Bryson and Schmidt 1971): P0 / R = ratio^2 is beyond 1 / eps.
     problem = ratio * np.eye(2), [[1, 0], [1, 1]], np.eye(2) / ratio
     eps = float(np.finfo(dtype).eps)
     cov, positive, exact = _posterior(gf.SquareRoot, dtype, *problem)

@@ -28,7 +28,7 @@ def test_every_rule_has_the_moments_of_a_standard_normal_vector(rule: AbstractRu
 
 @pytest.mark.parametrize("n", [1, 2])
 def test_unscented_points_with_kappa_3_minus_n_match_the_fourth_moment_of_each_state(n: int) -> None:
-    # Julier and Uhlmann (2004), IV.A: n + kappa = 3 gives the kurtosis of a Gaussian.
+    # Julier and Uhlmann (2004): n + kappa = 3 gives the kurtosis of a Gaussian.
     points, weights, _ = Unscented(kappa=3.0 - n).points(n)
     np.testing.assert_allclose(points**4 @ weights, np.full(n, 3.0), rtol=1e-14)
 

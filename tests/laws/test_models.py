@@ -2,7 +2,10 @@
 
 import dataclasses
 import decimal
+import functools
 import itertools
+import math
+from collections.abc import Callable
 
 import equinox as eqx
 import jax
@@ -71,27 +74,41 @@ def _drifts(rng: np.random.Generator) -> dict[str, np.ndarray]:
     return {name: A / np.linalg.norm(A, 2) for name, A in drifts.items()}
 
 
-@pytest.fixture(scope="module")
-def compiled_van_loan() -> object:
-    return jax.jit(van_loan)
+@functools.cache
+def compiled_van_loan(halvings: int) -> Callable[..., tuple[jax.Array, jax.Array]]:
+    return jax.jit(functools.partial(van_loan, halvings=halvings))
 
 
+@pytest.mark.parametrize("halvings", [4, 9])
 @pytest.mark.parametrize("length", [1e-6, 0.01, 1.0, 4.0, 16.0])
 @pytest.mark.parametrize("name", ["random", "stable", "rotating", "nilpotent", "damped", "stiff"])
 def test_van_loan_equals_the_matrix_exponential(
-    name: str, length: float, compiled_van_loan: object, generator: object
+    name: str, length: float, halvings: int, generator: Callable[[str], np.random.Generator]
 ) -> None:
-    rng = generator("van loan")  # type: ignore[operator]
+    rng = generator("van loan")
     drift = _drifts(rng)[name]
     root = rng.normal(size=(4, 2))
     density = root @ root.T
-    phi, Q = compiled_van_loan(drift, density, length)  # type: ignore[operator]
+    phi, Q = compiled_van_loan(halvings)(drift, density, length)
     expected_phi, expected_Q = exact_van_loan(drift, density, length)
-    # Over 1/64 of the interval the series stops at (norm / 64)^11 / 11!, below 7e-15 for a norm of 16; 64 such factors
-    # and their rounding make 64 (7e-15 + 4 eps) < 6e-13.
+    # Over one of 2^halvings pieces the series of exp leaves a^9 / 9! e^a, and four nodes leave (2 a)^8 4!^4 / (9 8!^3) of
+    # the integral, where a = norm(A) h; the pieces add up, and each doubling rounds by a few eps that double with it.
+    pieces = 2**halvings
+    a = length / pieces
+    series = a**9 / math.factorial(9) * np.exp(a)
+    quadrature = (2 * a) ** 8 * math.factorial(4) ** 4 / (9 * math.factorial(8) ** 3)
+    bound = pieces * (2 * series + 4 * EPS) + 4 * quadrature + 64 * EPS
     for actual, expected in ((phi, expected_phi), (Q, expected_Q)):
-        assert np.abs(actual - expected).max() <= 6e-13 * np.abs(expected).max()
-    assert np.linalg.eigvalsh(np.asarray(Q)).min() >= -1e-13 * np.abs(expected_Q).max()
+        assert np.abs(actual - expected).max() <= bound * np.abs(expected).max()
+    assert np.linalg.eigvalsh(np.asarray(Q)).min() >= -64 * EPS * np.abs(expected_Q).max()
+
+
+def test_van_loan_with_enough_halvings_is_exact_to_rounding() -> None:
+    # So that the bound above is not loose by orders of magnitude: norm(A) dt = 16 in pieces of 1 / 32.
+    drift = np.array([[0.0, 16.0], [-16.0, 0.0]])
+    phi, _ = compiled_van_loan(9)(drift, np.eye(2), 1.0)
+    c, s = np.cos(16.0), np.sin(16.0)
+    np.testing.assert_allclose(phi, [[c, s], [-s, c]], atol=512 * 4 * EPS)
 
 
 def test_the_reference_exponential_is_scipys_where_that_is_accurate(rng: np.random.Generator) -> None:
@@ -139,7 +156,7 @@ def test_noise_of_two_steps_is_the_noise_of_one() -> None:
 
 
 def test_noise_of_an_integrator_chain_is_the_textbook_polynomial() -> None:
-    # Bar-Shalom, Li and Kirubarajan (2001), eq. 6.2.2-12: white noise jerk of density q.
+    # Bar-Shalom, Li and Kirubarajan (2001), section 6.2: white noise jerk of density q.
     model = gf.continuous_model(
         lambda x: jnp.stack([x[1], x[2], 0.0 * x[0]]), lambda x: x[:1], states=3, outputs=1, Q=[0.0, 0.0, 0.7], R=1.0
     )

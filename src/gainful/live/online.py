@@ -75,7 +75,7 @@ class OnlineFilter:
         >>> import gainful as gf
         >>> model = gf.linear_model([[1.0]], [[1.0]], Q=0.1, R=1.0, outputs=["y"])
         >>> online = OnlineFilter(gf.kalman_filter(), model, gf.make_prior(model, [0.0], [1.0]))
-        >>> float(online.push(0.0, [2.0]).mean[0])
+        >>> round(online.push(0.0, [2.0])["x0"], 12)
         1.0
     """
 

@@ -12,6 +12,9 @@ from jaxtyping import Array, Float
 
 from .base import AbstractSpace
 
+_LONGEST = 80.0
+"""Moves of the unbounded coordinate beyond this change nothing a float32 could tell."""
+
 
 class Positive(AbstractSpace):
     """A number above zero, with `minus(y, x) = log(y / x)`.
@@ -40,7 +43,9 @@ class Positive(AbstractSpace):
         return (self,)
 
     def plus(self, x: Float[Array, "1"], d: Float[Array, "1"]) -> Float[Array, "1"]:
-        return x * jnp.exp(d)
+        # However long the move, the number stays one: neither zero nor infinite.
+        limits = jnp.finfo(x.dtype)
+        return jnp.clip(x * jnp.exp(jnp.clip(d, -_LONGEST, _LONGEST)), limits.tiny, limits.max)
 
     def minus(self, y: Float[Array, "1"], x: Float[Array, "1"]) -> Float[Array, "1"]:
         return jnp.log(y / x)
@@ -89,12 +94,18 @@ class Interval(AbstractSpace):
         return (self,)
 
     def _logit(self, x: Float[Array, "1"]) -> Float[Array, "1"]:
-        tiny = jnp.finfo(x.dtype).eps * (self.upper - self.lower)
-        return jnp.log(jnp.maximum(x - self.lower, tiny)) - jnp.log(jnp.maximum(self.upper - x, tiny))
+        margin = self._margin(x)
+        return jnp.log(jnp.maximum(x - self.lower, margin)) - jnp.log(jnp.maximum(self.upper - x, margin))
+
+    def _margin(self, x: Float[Array, "1"]) -> float:
+        """A step that still tells a number apart from the bounds."""
+        size = max(abs(self.lower), abs(self.upper), self.upper - self.lower)
+        return 4.0 * float(jnp.finfo(x.dtype).eps) * size
 
     def plus(self, x: Float[Array, "1"], d: Float[Array, "1"]) -> Float[Array, "1"]:
-        share = 1.0 / (1.0 + jnp.exp(-jnp.clip(self._logit(x) + d, -40.0, 40.0)))
-        return self.lower + (self.upper - self.lower) * share
+        share = 1.0 / (1.0 + jnp.exp(-jnp.clip(self._logit(x) + d, -_LONGEST, _LONGEST)))
+        margin = self._margin(x)
+        return jnp.clip(self.lower + (self.upper - self.lower) * share, self.lower + margin, self.upper - margin)
 
     def minus(self, y: Float[Array, "1"], x: Float[Array, "1"]) -> Float[Array, "1"]:
         return self._logit(y) - self._logit(x)
