@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, cast
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -33,6 +34,7 @@ def check_estimator(
     model: AbstractModel | None = None,
     *,
     prior: AbstractEstimate | None = None,
+    eager: bool = True,
     tolerance: float = 1e-9,
 ) -> None:
     """Raise unless an estimator gives the same numbers however it is run, and treats missing data as missing.
@@ -44,6 +46,7 @@ def check_estimator(
         estimator: the estimator.
         model: of the plant; a small cart with an angle and two sensors by default.
         prior: the estimate to start from.
+        eager: take the single steps without compiling them, which may be slower and is one more law.
         tolerance: rounding allowed, in standard deviations.
 
     Raises:
@@ -62,7 +65,7 @@ def check_estimator(
     first, second = (
         batch(jax.tree.map(lambda *rows: jnp.stack(rows), *pair)) for pair in ((ours, other), (other, ours))
     )
-    infos = _stepped(estimator, model, prior, ours, label)
+    infos = _stepped(estimator, model, prior, ours, label, eager)
     if not _agree(_member(first, 0), infos, tolerance):
         # Not the cheapest order to look in, but the one that tells which law is broken.
         _assert_agree(scan(estimator, model, prior, ours)[1], infos, f"{label}: scan = step by step", tolerance)
@@ -80,20 +83,26 @@ def _member(infos: Any, i: int) -> Any:
 
 
 def _stepped(
-    estimator: AbstractEstimator, model: AbstractModel, prior: AbstractEstimate, samples: Sample, label: str
+    estimator: AbstractEstimator,
+    model: AbstractModel,
+    prior: AbstractEstimate,
+    samples: Sample,
+    label: str,
+    eager: bool,
 ) -> Any:
-    """The record one step after the other, not compiled, with the laws of single rows checked on the way."""
+    """The record one step after the other, with the laws of single rows checked on the way."""
     carry, infos = estimator.init(model, prior), []
+    step = estimator.step if eager else eqx.filter_jit(estimator.step)
     for k in range(len(samples.when.t)):
         sample: Sample = jax.tree.map(lambda leaf, k=k: leaf[k], samples)
-        after, info = estimator.step(model, carry, sample)
+        after, info = step(model, carry, sample)
         assert_same_form(after, carry, f"{label}: memory")
         if k in (_PARTLY, _NOTHING):
-            other = estimator.step(model, carry, _disturbed(model, sample))[1]
+            other = step(model, carry, _disturbed(model, sample))[1]
             assert_identical(other, info, f"{label}: numbers that were not measured do not matter")
         if k in (_NOTHING, _AGAIN):
             _check_missing(info, label)
-        if k == _NOTHING and hasattr(estimator, "predict"):
+        if k == _NOTHING and eager and hasattr(estimator, "predict"):
             predicted = cast("Any", estimator).predict(model, carry, sample)
             assert_identical(info.estimate, predicted, f"{label}: without a measurement it only predicts")
         if k == _AGAIN:
