@@ -26,6 +26,7 @@ from gainful.errors import (
 from gainful.io import check_folder, convert, whole_folder
 from gainful.jobs import write_starter
 from gainful.linalg import check_covariance
+from gainful.plants import constant_velocity
 from gainful.spaces import Interval, make_space
 
 from .problems import ESTIMATORS, run_breakable, stay, walk
@@ -113,7 +114,18 @@ MODELS = [
         ModelError,
         "bounds of 'x': expected (0, None), (None, None) or two finite",
     ),
-    (lambda: Interval("x", 1.0, 0.0), ValueError, "interval of 'x': expected lower < upper, got 1.0 and 0.0"),
+    (lambda: Interval("x", 1.0, 0.0), ModelError, "bounds of 'x': expected lower < upper, got 1.0 and 0.0"),
+    (lambda: constant_velocity(axes=5), ModelError, "axes: expected 1, 2 or 3, got 5"),
+    (
+        lambda: constant_velocity(acceleration_density=-1.0),
+        ModelError,
+        "acceleration_density: expected at least 0, got -1.0",
+    ),
+    (
+        lambda: gf.draw_log(walk(), prior([1.0], [1.0]), [0.0, 1.0], np.ones((2, 3)), key=None),
+        ShapeError,
+        "u: expected shape (2, 0), got (2, 3)",
+    ),
     (lambda: steps(f=3), ModelError, "f: expected a function of (x, u, t), got 3"),
     (
         lambda: steps(h=lambda x, u, t, dtt: x),

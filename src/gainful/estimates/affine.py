@@ -6,7 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from ..linalg import downdate, root, triangularize
+from ..linalg import root
 from ..spaces import AbstractSpace
 
 
@@ -45,14 +45,9 @@ class Affine(eqx.Module):
         """Covariance of `e`."""
         return self.noise + self.error @ self.error.T - self.deficit @ self.deficit.T
 
-    def root(self) -> tuple[Float[Array, "out k"], Bool[Array, ""]]:
-        """Columns `C` with `C C^T = cov(e)`, formed without squaring the error, and whether that is a covariance."""
-        base, valid = root(self.noise)
-        columns = jnp.concatenate([base, self.error], axis=1)
-        for j in range(self.deficit.shape[1]):
-            columns, kept = downdate(triangularize(columns), self.deficit[:, j])
-            valid &= kept
-        return columns, valid
+    def columns(self) -> Float[Array, "out k"]:
+        """Columns `C` with `C C^T = noise + error error^T`, formed without squaring; `deficit` is still to be taken away."""
+        return jnp.concatenate([root(self.noise)[0], self.error], axis=1)
 
     def masked(self, seen: Bool[Array, " out"]) -> Affine:
         """The map with unseen components cut off: no dependence on `x`, unit noise of their own."""

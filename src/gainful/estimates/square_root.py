@@ -7,7 +7,7 @@ from typing import Self
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from ..linalg import inverse_lower, root, triangularize
+from ..linalg import downdate, inverse_lower, root, triangularize
 from ..spaces import AbstractSpace
 from .affine import Affine
 from .base import AbstractEstimate, Innovation, residual_of
@@ -61,8 +61,8 @@ class SquareRoot(AbstractEstimate):
         return self.factor, inverse_lower(self.factor)
 
     def push(self, affine: Affine) -> Self:
-        noise, _ = affine.root()
-        factor = triangularize(jnp.concatenate([affine.matrix @ self.factor, noise], axis=1))
+        columns = jnp.concatenate([affine.matrix @ self.factor, affine.columns()], axis=1)
+        factor, _ = _less(triangularize(columns), affine.deficit)
         return type(self)(affine.predict(self.mean), factor, affine.outer)
 
     def condition(
@@ -73,11 +73,12 @@ class SquareRoot(AbstractEstimate):
         *,
         gain: Float[Array, "dof out"] | None = None,
     ) -> tuple[Self, Innovation]:
-        noise, valid = affine.root()
+        noise = affine.columns()
         m, n = affine.matrix.shape
         moved = affine.matrix @ self.factor
         beneath = jnp.zeros((n, noise.shape[1]), noise.dtype)
-        array = triangularize(jnp.block([[moved, noise], [self.factor, beneath]]))
+        deficit = jnp.concatenate([affine.deficit, jnp.zeros((n, affine.deficit.shape[1]), noise.dtype)])
+        array, valid = _less(triangularize(jnp.block([[moved, noise], [self.factor, beneath]])), deficit)
         lower = array[:m, :m]
         residual = residual_of(affine, self.mean, y, seen)
         positive = valid & jnp.all(jnp.diagonal(lower) > 0)
@@ -86,7 +87,8 @@ class SquareRoot(AbstractEstimate):
             correction, factor = array[m:, :m] @ innovation.whitened, array[m:, m:]
         else:
             correction = gain @ residual
-            factor = triangularize(jnp.concatenate([self.factor - gain @ moved, gain @ noise], axis=1))
+            columns = jnp.concatenate([self.factor - gain @ moved, gain @ noise], axis=1)
+            factor, _ = _less(triangularize(columns), gain @ affine.deficit)
         return type(self)(self.space.plus(self.mean, correction), factor, self.space), innovation
 
     def plus_noise(self, cov: Float[Array, "dof dof"]) -> Self:
@@ -94,13 +96,21 @@ class SquareRoot(AbstractEstimate):
         return type(self)(self.mean, factor, self.space)
 
     def revise(self, affine: Affine, future: Self) -> Self:
-        noise, _ = affine.root()
+        noise = affine.columns()
         moved = affine.matrix @ self.factor
-        lower = triangularize(jnp.concatenate([moved, noise], axis=1))
+        lower, _ = _less(triangularize(jnp.concatenate([moved, noise], axis=1)), affine.deficit)
         inverse = inverse_lower(lower)
         gain = self.factor @ (inverse @ moved).T @ inverse
         shift = gain @ affine.outer.minus(future.mean, affine.predict(self.mean))
-        columns = [self.factor - gain @ moved, gain @ noise, gain @ future.factor]
-        return type(self)(
-            self.space.plus(self.mean, shift), triangularize(jnp.concatenate(columns, axis=1)), self.space
-        )
+        columns = jnp.concatenate([self.factor - gain @ moved, gain @ noise, gain @ future.factor], axis=1)
+        factor, _ = _less(triangularize(columns), gain @ affine.deficit)
+        return type(self)(self.space.plus(self.mean, shift), factor, self.space)
+
+
+def _less(lower: Float[Array, "n n"], deficit: Float[Array, "n j"]) -> tuple[Float[Array, "n n"], Bool[Array, ""]]:
+    """The root of `L L^T` less the deficit's columns, and whether something was left to take them from."""
+    valid = jnp.array(True)
+    for j in range(deficit.shape[1]):
+        lower, kept = downdate(lower, deficit[:, j])
+        valid &= kept
+    return lower, valid

@@ -85,7 +85,7 @@ class KalmanFilter(AbstractEstimator):
                 ~measured,
                 Status.missing,
                 jnp.where(
-                    ~innovation.positive,
+                    ~innovation.positive & _finite(innovation.cov),
                     Status.not_positive,
                     jnp.where(
                         ~usable, Status.nonfinite, jnp.where(jnp.any(update.weight > 0), Status.ok, Status.rejected)
@@ -118,5 +118,5 @@ def transition_map(estimator: KalmanFilter, model: AbstractModel, carry: Carry, 
     return affine.plus_noise(estimator.noise.process(carry.noise, model.process_noise(carry.estimate.mean, when)))
 
 
-def _finite(estimate: AbstractEstimate) -> jax.Array:
+def _finite(estimate: Any) -> jax.Array:
     return jnp.all(jnp.isfinite(jnp.concatenate([jnp.ravel(leaf) for leaf in jax.tree.leaves(estimate)])))

@@ -14,8 +14,8 @@ from ..spaces import AbstractSpace
 from .base import AbstractLinearization
 from .rules import AbstractRule, Unscented
 
-_MEAN_ITERATIONS = 4
-"""The mean on a curved space converges quadratically for points within a right angle of each other."""
+_MEAN_ITERATIONS = 6
+"""Each iteration of the mean on a curved space takes off a share of the error that shrinks with the spread squared."""
 
 
 class SigmaPoints(AbstractLinearization):
@@ -49,7 +49,7 @@ class SigmaPoints(AbstractLinearization):
         xi = jnp.asarray(unit, at.dtype)
         points = jax.vmap(space.plus, in_axes=(None, 1))(at, factor @ xi)
         images = jax.vmap(fn)(points)
-        value, spread = _mean_and_spread(images, mean_weights, out_space)
+        value, spread = _mean_and_spread(images, mean_weights, out_space, int(np.argmin((unit**2).sum(axis=0))))
         # cov(y, x) = M L^T with M = sum w y_i xi_i^T, so A = M L^-1 and no covariance is inverted.
         slope = spread @ jnp.asarray(unit.T * cov_weights[:, None], at.dtype)
         matrix = slope @ inverse
@@ -63,7 +63,7 @@ class SigmaPoints(AbstractLinearization):
 
 
 def _mean_and_spread(
-    images: Float[Array, "k size"], weights: np.ndarray, space: AbstractSpace
+    images: Float[Array, "k size"], weights: np.ndarray, space: AbstractSpace, centre: int
 ) -> tuple[Float[Array, " size"], Float[Array, "dof k"]]:
     """The weighted mean in the space, and how each point differs from it."""
     w = jnp.asarray(weights, images.dtype)
@@ -75,7 +75,7 @@ def _mean_and_spread(
         return space.plus(mean, w @ differences(mean, 0))
 
     if space.curved:
-        mean = jax.lax.fori_loop(0, _MEAN_ITERATIONS, lambda _, mean: improve(mean), images[0])
+        mean = jax.lax.fori_loop(0, _MEAN_ITERATIONS, lambda _, mean: improve(mean), images[centre])
     else:
-        mean = improve(images[0])
+        mean = improve(images[centre])
     return mean, differences(mean, 1)

@@ -65,7 +65,7 @@ def van_loan(
     series = jnp.asarray(ends[:, None] ** np.arange(_ORDER + 1) / factorials, drift.dtype)
     exponentials = (series @ table).reshape(-1, n, n)
     phi, nodes = exponentials[0], exponentials[1:]
-    left = jnp.concatenate([w * node @ density for w, node in zip(_WEIGHTS, nodes, strict=True)], axis=1)
+    left = jnp.concatenate([w * node @ density for w, node in zip(_WEIGHTS.tolist(), nodes, strict=True)], axis=1)
     noise = h * left @ jnp.concatenate(list(nodes), axis=1).T
     for _ in range(halvings):
         noise = noise + phi @ noise @ phi.T

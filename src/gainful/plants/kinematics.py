@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array
 
+from ..errors import ModelError
 from ..models import Model, continuous_model, linear_model, sensor
 
 
@@ -14,11 +16,10 @@ def _constant_velocity_transition(x: Array, u: Array, t: Array, dt: Array) -> Ar
     return jnp.block([[identity, dt * identity], [zero, identity]])
 
 
-class _WhiteAcceleration:
+class _WhiteAcceleration(eqx.Module):
     """Covariance of white acceleration of a given density over a step."""
 
-    def __init__(self, density: float) -> None:
-        self.density = density
+    density: Array
 
     def __call__(self, x: Array, u: Array, t: Array, dt: Array) -> Array:
         n = x.shape[0] // 2
@@ -34,8 +35,15 @@ def constant_velocity(axes: int = 2, acceleration_density: float = 1.0, position
         acceleration_density: spectral density of the acceleration [m^2/s^3].
         position_sigma: standard deviation of a position fix [m].
 
+    Raises:
+        ModelError: a number of axes other than these, or a negative density.
+
     Source: Bar-Shalom, Li and Kirubarajan (2001), Estimation with Applications to Tracking and Navigation, 6.2.2.
     """
+    if axes not in (1, 2, 3):
+        raise ModelError(f"axes: expected 1, 2 or 3, got {axes!r}")
+    if not acceleration_density >= 0:
+        raise ModelError(f"acceleration_density: expected at least 0, got {acceleration_density!r}")
     names = "xyz"[:axes]
     states = dict.fromkeys(names, "m") | {f"v{name}": "m/s" for name in names}
     return linear_model(
@@ -43,7 +51,7 @@ def constant_velocity(axes: int = 2, acceleration_density: float = 1.0, position
         jnp.eye(axes, 2 * axes),
         states=states,
         outputs={f"measured_{name}": "m" for name in names},
-        Q=_WhiteAcceleration(acceleration_density),
+        Q=_WhiteAcceleration(jnp.asarray(acceleration_density, dtype=float)),
         R=jnp.eye(axes) * position_sigma**2,
     )
 

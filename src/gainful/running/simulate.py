@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from ..errors import ModelError
+from ..errors import ModelError, ShapeError
 from ..estimates import AbstractEstimate
 from ..linalg import root
 from ..models import AbstractModel, Instant
@@ -30,6 +30,8 @@ def draw_log(model: AbstractModel, prior: AbstractEstimate, t: Any, u: Any = Non
     if times.ndim != 1 or not len(times):
         raise ModelError(f"t: expected a vector of times, got shape {times.shape}")
     inputs = np.zeros((len(times), len(model.inputs))) if u is None else np.asarray(u, dtype=float)
+    if inputs.shape != (len(times), len(model.inputs)):
+        raise ShapeError(f"u: expected shape ({len(times)}, {len(model.inputs)}), got {inputs.shape}")
     moments = Instant(jnp.asarray(times), jnp.asarray(np.diff(times, prepend=times[0])), jnp.asarray(inputs))
     states, measured = jax.jit(lambda moments, key: draw(model, prior, moments, key))(moments, key)
     truth = {name: np.asarray(states[:, i]) for i, name in enumerate(model.space.names)}

@@ -10,6 +10,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..errors import ModelError
 from .base import AbstractSpace
 
 _LONGEST = 80.0
@@ -80,7 +81,7 @@ class Interval(AbstractSpace):
 
     def __init__(self, name: str, lower: float, upper: float, unit: str = "1") -> None:
         if not lower < upper:
-            raise ValueError(f"interval of {name!r}: expected lower < upper, got {lower} and {upper}")
+            raise ModelError(f"bounds of {name!r}: expected lower < upper, got {lower} and {upper}")
         self.names, self.units = (name,), (unit,)
         self.tangent_names, self.tangent_units = (f"logit({name})",), ("1",)
         self.lower, self.upper = float(lower), float(upper)

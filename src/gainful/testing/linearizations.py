@@ -60,9 +60,13 @@ def check_linearization(linearization: AbstractLinearization, *, tolerance: floa
     shape = found["matrix"].shape
     assert_true(shape == (2, 3), f"{what}: expected a matrix of shape (2, 3), got {shape}")
     assert_covariance(found["error"], f"{what}: error", tolerance=1e3 * tolerance)
-    assert_true(found["valid"], f"{what}: expected an error with a root")
-    product = np.asarray(found["root"]) @ np.asarray(found["root"]).T
-    assert_close(product, found["error"], f"{what}: root root^T = error", tolerance=1e3 * tolerance)
+    columns, deficit = (np.asarray(found[name]) for name in ("columns", "deficit"))
+    assert_close(
+        columns @ columns.T - deficit @ deficit.T,
+        found["error"],
+        f"{what}: columns columns^T - deficit deficit^T = error",
+        tolerance=1e3 * tolerance,
+    )
 
 
 def _check_affine(found: dict[str, Any], slope: np.ndarray, what: str, tolerance: float) -> None:
@@ -97,15 +101,14 @@ def _apply(
     def apply(mean: Array, cov: Array) -> dict[str, Any]:
         estimate = kind.start(mean, cov, space)
         affine = linearization(fn, estimate, out)
-        root, valid = affine.root() if fn is _curve else (None, None)
         return {
             "off": out.minus(affine.predict(mean), fn(mean)),
             "matrix": affine.matrix,
             "noise": affine.noise,
             "error": affine.covariance(),
             "factor": estimate.factor,
-            "root": root,
-            "valid": valid,
+            "columns": affine.columns(),
+            "deficit": affine.deficit,
         }
 
     return apply
