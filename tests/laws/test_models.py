@@ -195,10 +195,9 @@ def gappy(generator: object) -> tuple[AbstractModel, object, np.ndarray, np.ndar
     return model, gf.make_prior(model, [0.0, 1.0, 0.0], [1.0, 0.5, 0.2]), t, y, u
 
 
-@pytest.mark.parametrize("square_root", [False, True])
-def test_splitting_long_steps_leaves_a_linear_models_estimates_unchanged(gappy: tuple, square_root: bool) -> None:
+def test_splitting_long_steps_leaves_a_linear_models_estimates_unchanged(gappy: tuple) -> None:
     model, prior, t, y, u = gappy
-    estimator = gf.kalman_filter(square_root=square_root)
+    estimator = gf.kalman_filter()
     whole = gf.run(estimator, model, prior, gf.make_log(model, t, y, u))
     split = gf.run(estimator, model, prior, gf.make_log(model, t, y, u, max_step=0.1))
     kept = split.log.kept
@@ -209,10 +208,9 @@ def test_splitting_long_steps_leaves_a_linear_models_estimates_unchanged(gappy: 
     np.testing.assert_allclose(split.mean[kept], whole.mean, rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(split.cov[kept], whole.cov, rtol=1e-11, atol=1e-13)
     np.testing.assert_allclose(split.log_likelihood[kept], whole.log_likelihood, rtol=1e-11, atol=1e-12)
-    if not square_root:  # the other smoother is held equal to this one in tests/equivalence
-        smooth_split, smooth_whole = gf.smooth(split), gf.smooth(whole)
-        np.testing.assert_allclose(smooth_split.mean[kept], smooth_whole.mean, rtol=1e-10, atol=1e-11)
-        np.testing.assert_allclose(smooth_split.cov[kept], smooth_whole.cov, rtol=1e-10, atol=1e-11)
+    smooth_split, smooth_whole = gf.smooth(split), gf.smooth(whole)
+    np.testing.assert_allclose(smooth_split.mean[kept], smooth_whole.mean, rtol=1e-10, atol=1e-11)
+    np.testing.assert_allclose(smooth_split.cov[kept], smooth_whole.cov, rtol=1e-10, atol=1e-11)
 
 
 def test_splitting_long_steps_of_a_damped_model_costs_the_runge_kutta_error_only() -> None:
@@ -231,10 +229,8 @@ def test_splitting_long_steps_of_a_damped_model_costs_the_runge_kutta_error_only
 # Augmenting -----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "estimator", [gf.kalman_filter(), gf.unscented_kalman_filter(square_root=True)], ids=["kf", "sukf"]
-)
-def test_augmenting_with_biases_equals_the_model_written_by_hand(estimator: gf.KalmanFilter) -> None:
+def test_augmenting_with_biases_equals_the_model_written_by_hand() -> None:
+    estimator = gf.unscented_kalman_filter()
     F, H, B = np.array([[1.0, 0.1], [0.0, 0.9]]), np.array([[1.0, 0.0], [0.3, 1.0]]), np.array([[0.0], [0.5]])
     Q, R = np.diag([0.01, 0.04]), np.diag([0.1, 0.2])
     base = gf.linear_model(F, H, Q=Q, R=R, B=B, states=["p", "v"], outputs=["y", "z"], inputs=["u"])

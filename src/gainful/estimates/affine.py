@@ -39,11 +39,18 @@ class Affine(eqx.Module):
 
     def predict(self, x: Float[Array, " in_size"]) -> Float[Array, " out_size"]:
         """The mean of `y` where the mean of the input is `x`."""
+        if x is self.at:  # the commonest case: linearised where the estimate is
+            return self.value
         return self.outer.plus(self.value, self.matrix @ self.inner.minus(x, self.at))
 
     def covariance(self) -> Float[Array, "out out"]:
         """Covariance of `e`."""
-        return self.noise + self.error @ self.error.T - self.deficit @ self.deficit.T
+        cov = self.noise
+        if self.error.shape[1]:
+            cov = cov + self.error @ self.error.T
+        if self.deficit.shape[1]:
+            cov = cov - self.deficit @ self.deficit.T
+        return cov
 
     def columns(self) -> Float[Array, "out k"]:
         """Columns `C` with `C C^T = noise + error error^T`, formed without squaring; `deficit` is still to be taken away."""

@@ -61,11 +61,11 @@ def check_estimator(
     prior = any_prior(model) if prior is None else prior
     label = type(estimator).__name__
     ours, other = (record(model, prior.mean, key) for key in jax.random.split(jax.random.key(3), 2))
+    infos = _stepped(estimator, model, prior, ours, label, eager)
     batch = jax.jit(jax.vmap(lambda samples: scan(estimator, model, prior, samples)[1]))
     first, second = (
         batch(jax.tree.map(lambda *rows: jnp.stack(rows), *pair)) for pair in ((ours, other), (other, ours))
     )
-    infos = _stepped(estimator, model, prior, ours, label, eager)
     if not _agree(_member(first, 0), infos, tolerance):
         # Not the cheapest order to look in, but the one that tells which law is broken.
         _assert_agree(scan(estimator, model, prior, ours)[1], infos, f"{label}: scan = step by step", tolerance)
