@@ -446,7 +446,7 @@ FAILING = [
     (
         FUNCTIONS,
         DISCRETE | {"states": {"x": [1.0, 0.0]}},
-        "model: interval of 'x': expected lower < upper, got 1.0 and 0.0",
+        "model: bounds of 'x': expected lower < upper, got 1.0 and 0.0",
     ),
     (FUNCTIONS, DISCRETE | {"states": {"x": []}}, "model.states.x: expected one or two numbers, got []"),
     (

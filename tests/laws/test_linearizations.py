@@ -70,7 +70,7 @@ def test_every_sigma_point_rule_tends_to_taylor_as_the_spread_vanishes() -> None
     sigma = 1e-4
     estimate = gf.Gaussian.start(jnp.array([0.3, 0.7]), sigma**2 * jnp.eye(2), space)
     tangent = gf.Taylor()(curve, estimate, out)
-    for rule, _ in flat(RULES):
+    for rule, _ in (entries[0] for entries in RULES.values()):
         found = gf.SigmaPoints(rule)(curve, estimate, out)
         # Second derivatives are of size 1 and third ones too: the slope is off by sigma^2, plus eps / (alpha sigma).
         np.testing.assert_allclose(found.matrix, tangent.matrix, atol=1e-6)

@@ -103,8 +103,8 @@ def test_iterating_a_linear_measurement_changes_nothing() -> None:
 def test_iterating_finds_the_mode_of_the_posterior() -> None:
     # Bell and Cathey (1993): the iterated filter is Gauss-Newton on the log posterior, so its gradient vanishes there.
     model = gf.discrete_model(lambda x: x, lambda x: jnp.hypot(x[:1], x[1:]), states=2, outputs=1, Q=0.0, R=0.01)
-    prior = gf.make_prior(model, [3.0, 1.0], [1.0, 1.5])
-    estimator = gf.KalmanFilter(update=gf.Iterated(iterations=15))
+    prior = gf.make_prior(model, [3.0, 1.0], [0.5, 0.4])
+    estimator = gf.KalmanFilter(update=gf.Iterated(iterations=12))
     sample = Sample(instant(model), jnp.array([4.5]), jnp.ones(1, bool))
     mode = estimator.step(model, estimator.init(model, prior), sample)[1].estimate.mean
 

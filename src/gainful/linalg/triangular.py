@@ -9,6 +9,7 @@ from jaxtyping import Array, Bool, Float
 from .psd import UNROLL_LIMIT
 
 
+@jax.jit  # a loop called uncompiled would be compiled anew each time
 def triangularize(columns: Float[Array, "n k"]) -> Float[Array, "n n"]:
     """Lower-triangular `L` with `L L^T = M M^T`, diagonal non-negative, by Householder reflections of the rows.
 

@@ -45,8 +45,8 @@ def van_loan(
         dt: step [s].
         halvings: how often the step is halved.
 
-    The relative error is about 1e-7 for `norm(A) h = 1` and falls with its eighth power; sub-step longer intervals
-    (`max_step` of a log).
+    With `a = norm(A) h` the series leaves out about `a^9 / 9!` in each of the `2^halvings` pieces: 3e-6 for `a = 1`, below
+    rounding for `a = 0.06`. Sub-step longer intervals (`max_step` of a log).
 
     Source: Van Loan (1978), IEEE Trans. Autom. Control 23(3):395-404.
     Differs: quadrature and doubling in place of the Pade exponential.

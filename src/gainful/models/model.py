@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -116,8 +117,8 @@ def _check_constant_noise(model: Model) -> None:
     constant = [(_role("R", part, model), part.noise, part.output) for part in model.sensor_parts]
     gain, noise = model.dynamics.G, model.dynamics.Q
     for role, matrix, space in [*constant, ("Q", noise, model.space)]:
-        if matrix.value is None:
-            continue
+        if matrix.value is None or isinstance(matrix.value, jax.core.Tracer):
+            continue  # nothing to look at yet
         value = np.asarray(matrix.value)
         if value.ndim != 2 or value.shape[0] != value.shape[1]:
             raise ShapeError(f"{role}: expected a square matrix, got shape {value.shape}")

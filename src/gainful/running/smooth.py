@@ -27,6 +27,8 @@ def smooth(result: Result) -> Result:
     P_s = (I - G A) P (I - G A)^T + G (N + P_s,next) G^T
     ```
 
+    Across a step that could not be predicted nothing is carried back: the row before it keeps the filter's estimate.
+
     The maps between neighbours are formed again from the filter's estimates and its noise law's memory.
 
     Args:
@@ -63,6 +65,9 @@ def _smooth(
         estimate, memory, following = row
         affine = transition_map(estimator, model, Carry(estimate, *memory), following)
         revised = estimate.revise(affine, future)
+        # Across a step whose map is not finite the filter kept its last estimate, and nothing later speaks of this one.
+        crossed = jnp.all(jnp.stack([jnp.all(jnp.isfinite(leaf)) for leaf in jax.tree.leaves(affine)]))
+        revised = jax.tree.map(lambda new, old: jnp.where(crossed, new, old), revised, estimate)
         return revised, revised
 
     last = jax.tree.map(lambda values: values[-1], filtered[0])

@@ -57,7 +57,7 @@ def check_estimator(
         >>> check_estimator(kalman_filter())
     """
     if model is None:
-        model, prior = cart_model(), cart_prior() if prior is None else prior
+        model, prior = cart_model(across=False), cart_prior() if prior is None else prior
     prior = any_prior(model) if prior is None else prior
     label = type(estimator).__name__
     ours, other = (record(model, prior.mean, key) for key in jax.random.split(jax.random.key(3), 2))

@@ -46,17 +46,15 @@ def check_linearization(linearization: AbstractLinearization, *, tolerance: floa
     vector, attitude = np.array([1.0, -2.0, 0.5]), np.array([3.1, 0.0, 0.0, 0.0, 1.0])
     full = _ROOT @ _ROOT.T
     partly = full * np.outer([1, 0, 1], [1, 0, 1])
-    for kind in (Gaussian, SquareRoot):
-        what = f"{name} of an affine function near a {kind.__name__}"
-        apply = jax.jit(_apply(linearization, kind, _affine, plane, line))
-        for cov in (full, partly):
-            _check_affine(apply(jnp.asarray(vector), jnp.asarray(cov)), _MATRIX, what, tolerance)
+    apply = jax.jit(_apply(linearization, SquareRoot, _affine, plane, line))
+    for cov in (full, partly):
+        _check_affine(apply(jnp.asarray(vector), jnp.asarray(cov)), _MATRIX, f"{name} of an affine function", tolerance)
     apply = jax.jit(_apply(linearization, Gaussian, _turn, turned, turned))
     found = apply(jnp.asarray(attitude), jnp.asarray(_ATTITUDE_VARIANCE * np.eye(4)))
     _check_affine(found, np.eye(4), f"{name} of a fixed turn of an attitude", tolerance)
 
     what = f"{name} of a curved function"
-    found = jax.jit(_apply(linearization, SquareRoot, _curve, plane, line))(jnp.asarray(vector), jnp.asarray(full))
+    found = jax.jit(_apply(linearization, Gaussian, _curve, plane, line))(jnp.asarray(vector), jnp.asarray(full))
     shape = found["matrix"].shape
     assert_true(shape == (2, 3), f"{what}: expected a matrix of shape (2, 3), got {shape}")
     assert_covariance(found["error"], f"{what}: error", tolerance=1e3 * tolerance)

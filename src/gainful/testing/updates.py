@@ -51,6 +51,8 @@ def check_update(update: AbstractUpdate, *, limit: AbstractUpdate | None = None,
     keys = jax.random.split(jax.random.key(7), 6)
     sigmas = [0.5, 1.0, 1.0, 3.0, _OUTLIER, _OUTLIER]
     readings = [reading(model, start.mean, instant(model), k, sigmas=s) for k, s in zip(keys, sigmas, strict=True)]
+    if limit is not None:
+        _check_limit(limit, start, readings, f"{type(update).__name__}: in its limit", tolerance)
     for kind in (Gaussian, SquareRoot):
         prior = kind.start(start.mean, start.cov, start.space)
         label = f"{type(update).__name__} of a {kind.__name__}"
@@ -61,8 +63,6 @@ def check_update(update: AbstractUpdate, *, limit: AbstractUpdate | None = None,
             assert_same_form(after, memory, f"{label}: memory")
             _check_report(found, prior, y, label, tolerance)
             memory = after
-    if limit is not None:
-        _check_limit(limit, start, readings, f"{type(update).__name__}: in its limit", tolerance)
 
 
 def _act(
