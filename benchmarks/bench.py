@@ -101,10 +101,9 @@ def table_of(problem: Problem, kind: str) -> dict[str, dict[str, float]]:
     batch = best_of({name: part.batch() for name, part in there.items()}, 7)
     calls = {name: part.many(RUNS, ROWS) for name, part in there.items()}
     many = best_of({name: call for name, call in calls.items() if call is not None}, 3)
-    live = {}
-    for name, part in there.items():
-        push = part.live()
-        live[name] = best_of({name: lambda push=push: [push() for _ in range(50)]}, 7)[name] / 50
+    pushes = {name: part.live() for name, part in there.items()}
+    streams = {name: lambda push=push: [push() for _ in range(50)] for name, push in pushes.items()}
+    live = {name: seconds / 50 for name, seconds in best_of(streams, 40).items()}
     return {
         "one record, per row": {name: 1e6 * s / (200 if name == "filterpy" else rows) for name, s in batch.items()},
         f"{RUNS} records, per row": {name: 1e6 * s / RUNS / ROWS for name, s in many.items()},

@@ -1,11 +1,8 @@
 """Estimation when the textbook assumptions fail: states, parameters and faults with honest uncertainty."""
 
-import os as _os
+from .runtime import prepare as _prepare
 
-import jax as _jax
-
-if _os.environ.get("GAINFUL_X64", "1") != "0":
-    _jax.config.update("jax_enable_x64", True)
+_prepare()
 
 from .diagnostics import observability, verdict
 from .estimates import Gaussian, SquareRoot

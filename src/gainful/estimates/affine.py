@@ -6,7 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from ..linalg import root
+from ..linalg import product, root
 from ..spaces import AbstractSpace
 
 
@@ -47,9 +47,9 @@ class Affine(eqx.Module):
         """Covariance of `e`."""
         cov = self.noise
         if self.error.shape[1]:
-            cov = cov + self.error @ self.error.T
+            cov = cov + product(self.error, self.error.T)
         if self.deficit.shape[1]:
-            cov = cov - self.deficit @ self.deficit.T
+            cov = cov - product(self.deficit, self.deficit.T)
         return cov
 
     def columns(self) -> Float[Array, "out k"]:

@@ -7,7 +7,7 @@ from typing import Self
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from ..linalg import root_and_inverse, symmetrize
+from ..linalg import congruence, product, root_and_inverse, symmetrize
 from ..spaces import AbstractSpace
 from .affine import Affine
 from .base import AbstractEstimate, Innovation, residual_of
@@ -59,7 +59,7 @@ class Gaussian(AbstractEstimate):
         return lower, inverse
 
     def push(self, affine: Affine) -> Self:
-        cov = affine.matrix @ self.cov @ affine.matrix.T + affine.covariance()
+        cov = congruence(affine.matrix, self.cov) + affine.covariance()
         return type(self)(affine.predict(self.mean), symmetrize(cov), affine.outer)
 
     def condition(
@@ -70,16 +70,16 @@ class Gaussian(AbstractEstimate):
         *,
         gain: Float[Array, "dof out"] | None = None,
     ) -> tuple[Self, Innovation]:
-        cross = affine.matrix @ self.cov
+        cross = product(affine.matrix, self.cov)
         noise = affine.covariance()
-        spread = symmetrize(cross @ affine.matrix.T + noise)
+        spread = symmetrize(product(cross, affine.matrix.T) + noise)
         lower, inverse, _ = root_and_inverse(spread)
         residual = residual_of(affine, self.mean, y, seen)
         innovation = Innovation(residual, spread, lower, inverse, seen, jnp.all(jnp.diagonal(lower) > 0))
         if gain is None:
-            gain = (inverse @ cross).T @ inverse
-        keep = jnp.eye(self.cov.shape[0], dtype=self.cov.dtype) - gain @ affine.matrix
-        cov = keep @ self.cov @ keep.T + gain @ noise @ gain.T
+            gain = product(product(inverse, cross).T, inverse)
+        keep = jnp.eye(self.cov.shape[0], dtype=self.cov.dtype) - product(gain, affine.matrix)
+        cov = congruence(keep, self.cov) + congruence(gain, noise)
         return type(self)(self.space.plus(self.mean, gain @ residual), symmetrize(cov), self.space), innovation
 
     def plus_noise(self, cov: Float[Array, "dof dof"]) -> Self:
@@ -87,10 +87,10 @@ class Gaussian(AbstractEstimate):
 
     def revise(self, affine: Affine, future: Self) -> Self:
         noise = affine.covariance()
-        cross = affine.matrix @ self.cov
-        _, inverse, _ = root_and_inverse(symmetrize(cross @ affine.matrix.T + noise))
-        gain = (inverse @ cross).T @ inverse
-        keep = jnp.eye(self.cov.shape[0], dtype=self.cov.dtype) - gain @ affine.matrix
+        cross = product(affine.matrix, self.cov)
+        _, inverse, _ = root_and_inverse(symmetrize(product(cross, affine.matrix.T) + noise))
+        gain = product(product(inverse, cross).T, inverse)
+        keep = jnp.eye(self.cov.shape[0], dtype=self.cov.dtype) - product(gain, affine.matrix)
         moved = gain @ affine.outer.minus(future.mean, affine.predict(self.mean))
-        cov = keep @ self.cov @ keep.T + gain @ (noise + future.cov) @ gain.T
+        cov = congruence(keep, self.cov) + congruence(gain, noise + future.cov)
         return type(self)(self.space.plus(self.mean, moved), symmetrize(cov), self.space)

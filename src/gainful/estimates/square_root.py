@@ -7,7 +7,7 @@ from typing import Self
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from ..linalg import downdate, inverse_lower, root, triangularize
+from ..linalg import downdate, inverse_lower, product, root, triangularize
 from ..spaces import AbstractSpace
 from .affine import Affine
 from .base import AbstractEstimate, Innovation, residual_of
@@ -54,14 +54,14 @@ class SquareRoot(AbstractEstimate):
 
     @property
     def cov(self) -> Float[Array, "dof dof"]:
-        return self.factor @ self.factor.T
+        return product(self.factor, self.factor.T)
 
     @property
     def roots(self) -> tuple[Float[Array, "dof dof"], Float[Array, "dof dof"]]:
         return self.factor, inverse_lower(self.factor)
 
     def push(self, affine: Affine) -> Self:
-        columns = jnp.concatenate([affine.matrix @ self.factor, affine.columns()], axis=1)
+        columns = jnp.concatenate([product(affine.matrix, self.factor), affine.columns()], axis=1)
         factor, _ = _less(triangularize(columns), affine.deficit)
         return type(self)(affine.predict(self.mean), factor, affine.outer)
 
@@ -75,20 +75,20 @@ class SquareRoot(AbstractEstimate):
     ) -> tuple[Self, Innovation]:
         noise = affine.columns()
         m, n = affine.matrix.shape
-        moved = affine.matrix @ self.factor
+        moved = product(affine.matrix, self.factor)
         beneath = jnp.zeros((n, noise.shape[1]), noise.dtype)
         deficit = jnp.concatenate([affine.deficit, jnp.zeros((n, affine.deficit.shape[1]), noise.dtype)])
         array, valid = _less(triangularize(jnp.block([[moved, noise], [self.factor, beneath]])), deficit)
         lower = array[:m, :m]
         residual = residual_of(affine, self.mean, y, seen)
         positive = valid & jnp.all(jnp.diagonal(lower) > 0)
-        innovation = Innovation(residual, lower @ lower.T, lower, inverse_lower(lower), seen, positive)
+        innovation = Innovation(residual, product(lower, lower.T), lower, inverse_lower(lower), seen, positive)
         if gain is None:
             correction, factor = array[m:, :m] @ innovation.whitened, array[m:, m:]
         else:
             correction = gain @ residual
-            columns = jnp.concatenate([self.factor - gain @ moved, gain @ noise], axis=1)
-            factor, _ = _less(triangularize(columns), gain @ affine.deficit)
+            columns = jnp.concatenate([self.factor - product(gain, moved), product(gain, noise)], axis=1)
+            factor, _ = _less(triangularize(columns), product(gain, affine.deficit))
         return type(self)(self.space.plus(self.mean, correction), factor, self.space), innovation
 
     def plus_noise(self, cov: Float[Array, "dof dof"]) -> Self:
@@ -97,13 +97,15 @@ class SquareRoot(AbstractEstimate):
 
     def revise(self, affine: Affine, future: Self) -> Self:
         noise = affine.columns()
-        moved = affine.matrix @ self.factor
+        moved = product(affine.matrix, self.factor)
         lower, _ = _less(triangularize(jnp.concatenate([moved, noise], axis=1)), affine.deficit)
         inverse = inverse_lower(lower)
-        gain = self.factor @ (inverse @ moved).T @ inverse
+        gain = product(product(self.factor, product(inverse, moved).T), inverse)
         shift = gain @ affine.outer.minus(future.mean, affine.predict(self.mean))
-        columns = jnp.concatenate([self.factor - gain @ moved, gain @ noise, gain @ future.factor], axis=1)
-        factor, _ = _less(triangularize(columns), gain @ affine.deficit)
+        columns = jnp.concatenate(
+            [self.factor - product(gain, moved), product(gain, noise), product(gain, future.factor)], axis=1
+        )
+        factor, _ = _less(triangularize(columns), product(gain, affine.deficit))
         return type(self)(self.space.plus(self.mean, shift), factor, self.space)
 
 

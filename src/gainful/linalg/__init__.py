@@ -1,6 +1,7 @@
 """Small dense linear algebra that stays valid for semi-definite matrices and compiles to few operations."""
 
 from .checks import check_covariance
+from .products import congruence, product
 from .psd import inverse_lower, root, root_and_inverse, symmetrize
 from .stats import chi_square_quantile, gaussian_log_density
 from .triangular import downdate, triangularize
@@ -8,9 +9,11 @@ from .triangular import downdate, triangularize
 __all__ = [
     "check_covariance",
     "chi_square_quantile",
+    "congruence",
     "downdate",
     "gaussian_log_density",
     "inverse_lower",
+    "product",
     "root",
     "root_and_inverse",
     "symmetrize",

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..estimates import AbstractEstimate, Affine
+from ..linalg import product
 from ..spaces import AbstractSpace
 from .base import AbstractLinearization
 from .rules import AbstractRule, Unscented
@@ -46,18 +47,18 @@ class SigmaPoints(AbstractLinearization):
         at, space = estimate.mean, estimate.space
         factor, inverse = estimate.roots
         unit, mean_weights, cov_weights = self.rule.points(space.dof)
+        order = np.argsort(cov_weights >= 0, kind="stable")  # negative weights first
+        unit, mean_weights, cov_weights = unit[:, order], mean_weights[order], cov_weights[order]
         xi = jnp.asarray(unit, at.dtype)
-        points = jax.vmap(space.plus, in_axes=(None, 1))(at, factor @ xi)
+        points = jax.vmap(space.plus, in_axes=(None, 1))(at, product(factor, xi))
         images = jax.vmap(fn)(points)
         value, spread = _mean_and_spread(images, mean_weights, out_space, int(np.argmin((unit**2).sum(axis=0))))
         # cov(y, x) = M L^T with M = sum w y_i xi_i^T, so A = M L^-1 and no covariance is inverted.
-        slope = spread @ jnp.asarray(unit.T * cov_weights[:, None], at.dtype)
-        matrix = slope @ inverse
-        left = spread - slope @ xi
-        negative = cov_weights < 0
-        weights = jnp.asarray(np.sqrt(np.abs(cov_weights)), at.dtype)
-        error = (left * weights)[:, np.flatnonzero(~negative & (cov_weights != 0))]
-        deficit = (left * weights)[:, np.flatnonzero(negative)]
+        slope = product(spread, jnp.asarray(unit.T * cov_weights[:, None], at.dtype))
+        matrix = product(slope, inverse)
+        left = spread - product(slope, xi)
+        left = left * jnp.asarray(np.sqrt(np.abs(cov_weights)), at.dtype)
+        deficit, error = jnp.split(left, [int(np.sum(cov_weights < 0))], axis=1)
         noise = jnp.zeros((out_space.dof, out_space.dof), at.dtype)
         return Affine(value, matrix, at, noise, error, deficit, space, out_space)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import math
 from collections.abc import Mapping
@@ -22,9 +21,9 @@ from ..running.compiled import Frozen
 from ..running.log import fill_missing
 
 _STATUSES = tuple(Status)
+_NO_INPUTS = np.zeros(0)
 
 
-@dataclasses.dataclass(frozen=True)
 class OnlineEstimate:
     """What is known after a sample.
 
@@ -38,13 +37,29 @@ class OnlineEstimate:
         status: what became of the sample.
     """
 
-    t: float
-    names: tuple[str, ...]
-    mean: np.ndarray
-    cov: np.ndarray
-    nis: float
-    weight: np.ndarray
-    status: Status
+    # Read from the step's one report when asked: most callers want one or two of them.
+    __slots__ = ("_dof", "_report", "names", "status", "t")
+
+    def __init__(self, t: float, names: tuple[str, ...], dof: int, report: np.ndarray) -> None:
+        self.t, self.names, self._dof, self._report = t, names, dof, report
+        self.status = _STATUSES[int(report[-1])]
+
+    @property
+    def mean(self) -> np.ndarray:
+        return self._report[: len(self.names)]
+
+    @property
+    def cov(self) -> np.ndarray:
+        start = len(self.names)
+        return self._report[start : start + self._dof**2].reshape(self._dof, self._dof)
+
+    @property
+    def nis(self) -> float:
+        return float(self._report[len(self.names) + self._dof**2])
+
+    @property
+    def weight(self) -> np.ndarray:
+        return self._report[len(self.names) + self._dof**2 + 1 : -1]
 
     @property
     def std(self) -> np.ndarray:
@@ -56,6 +71,10 @@ class OnlineEstimate:
         if name not in self.names:
             raise KeyError(f"{name!r} is not a state; states: {', '.join(self.names)}")
         return float(self.mean[self.names.index(name)])
+
+    def __repr__(self) -> str:
+        states = ", ".join(f"{name}={value:.6g}" for name, value in zip(self.names, self.mean, strict=True))
+        return f"OnlineEstimate(t={self.t:.9g}, {states}, {self.status.name})"
 
 
 class OnlineFilter:
@@ -99,16 +118,17 @@ class OnlineFilter:
         self._arrays, parts = _taken_apart((estimator, model))
         self._carry, memory = _taken_apart(carry)
         self._frozen, self._dtype = Frozen((parts, memory)), prior.mean.dtype
-        self._sizes = (len(model.inputs), model.output.size, model.output.dof)
+        self._sizes = (len(model.inputs), model.output.size)
         # Read once: attribute access on a module costs as much as the rest of a push.
         self._names, self._dof = model.space.names, model.space.dof
         self._signals, self._inputs = model.output.names, model.inputs
         self._plain = all(part.size == part.dof for part in model.output.parts)
+        self._all_seen = np.ones(model.output.dof, bool)
         self._nothing = self._measured(None)
 
     def warm_up(self) -> None:
         """Compile the step without using a sample."""
-        self._step(0.0, 0.0, np.zeros(self._sizes[0]), *self._nothing)
+        self._step(0.0, 0.0, 1, np.zeros(self._sizes[0]), *self._nothing)
 
     def push(self, t: float, y: Any = None, u: Any = None) -> OnlineEstimate:
         """Predict to `t` and use what was measured then.
@@ -127,28 +147,31 @@ class OnlineFilter:
         last = t if self._time is None else self._time
         if not math.isfinite(t) or t < last:
             raise DataError(f"t: expected a time not before {last:.9g} s, got {t:.9g} s")
-        inputs = np.zeros(0) if u is None else np.atleast_1d(np.asarray(u, dtype=float))
-        if inputs.shape != (self._sizes[0],):
-            raise ShapeError(f"u: expected shape ({self._sizes[0]},) ({', '.join(self._inputs)}), got {inputs.shape}")
-        if not np.isfinite(inputs).all():
-            raise DataError(f"u at t = {t:.9g} s: expected finite numbers, got {inputs}")
+        inputs = self._given(t, u)
         point, seen = self._measured(y)
         pieces = 1 if self._max_step is None else max(1, math.ceil((t - last) / self._max_step - 1e-9))
-        dt = (t - last) / pieces
-        carry, report = self._carry, None
-        for k in range(1, pieces):
-            carry, report = self._step(last + k * dt, dt, inputs, *self._nothing, carry=carry)
-        carry, report = self._step(t, dt, inputs, point, seen, carry=carry)
-        estimate = self._opened(t, np.asarray(report))
+        carry, report = self._step(last, t, pieces, inputs, point, seen)
+        estimate = OnlineEstimate(t, self._names, self._dof, np.asarray(report))
         if self._throw and estimate.status.failed:
             raise NumericalError(f"t = {t:.9g} s: {estimate.status.sentence}; the filter stays as it was before")
         self._carry, self._time = carry, t
         return estimate
 
-    def _step(self, t: float, dt: float, u: Any, y: Any, seen: Any, carry: Any = None) -> tuple[Any, Array]:
+    def _step(self, last: float, t: float, pieces: int, u: Any, y: Any, seen: Any) -> tuple[Any, Array]:
         # One vector in and one out: each array crossing into XLA costs more than the arithmetic.
-        packed = np.concatenate(((t, dt), u, y, seen), dtype=self._dtype)
-        return _packed_step(self._frozen, self._sizes, self._arrays, self._carry if carry is None else carry, packed)
+        inputs, outputs = self._sizes
+        packed = np.empty(3 + inputs + outputs + len(seen), self._dtype)
+        packed[:3] = last, t, pieces
+        packed[3 : 3 + inputs], packed[3 + inputs : 3 + inputs + outputs], packed[3 + inputs + outputs :] = u, y, seen
+        return _packed_step(self._frozen, self._sizes, self._arrays, self._carry, packed)
+
+    def _given(self, t: float, u: Any) -> np.ndarray:
+        inputs = _NO_INPUTS if u is None else np.atleast_1d(np.asarray(u, dtype=float))
+        if inputs.shape != (self._sizes[0],):
+            raise ShapeError(f"u: expected shape ({self._sizes[0]},) ({', '.join(self._inputs)}), got {inputs.shape}")
+        if inputs.size and not np.isfinite(inputs).all():
+            raise DataError(f"u at t = {t:.9g} s: expected finite numbers, got {inputs}")
+        return inputs
 
     def _measured(self, y: Any) -> tuple[np.ndarray, np.ndarray]:
         size, names = self._sizes[1], self._signals
@@ -161,27 +184,17 @@ class OnlineFilter:
                     raise ShapeError(f"y: {name!r} is not a signal of the model; {did_you_mean(name, names)}")
                 values[names.index(name)] = value
         else:
-            values = np.asarray(y, dtype=float).reshape(-1) if np.ndim(y) < 2 else np.asarray(y, dtype=float)
+            values = np.asarray(y, dtype=float)
+            if values.ndim == 0:
+                values = values[None]
         if values.shape != (size,):
             raise ShapeError(f"y: expected shape ({size},) ({', '.join(names)}), got {values.shape}")
-        seen = np.isfinite(values)
-        if seen.all():
-            if self._plain:
-                return values, seen
-        elif np.isinf(values).any():
+        if self._plain and math.isfinite(values @ values):  # all of them, at half the price of asking one by one
+            return values, self._all_seen
+        if np.isinf(values).any():
             raise DataError(f"y: expected finite numbers, or NaN for missing, got {values}")
         point, known = fill_missing(self._model, values[None])
         return point[0], known[0]
-
-    def _opened(self, t: float, report: np.ndarray) -> OnlineEstimate:
-        names, dof = self._names, self._dof
-        after_mean = len(names)
-        after_cov = after_mean + dof * dof
-        cov = report[after_mean:after_cov].reshape(dof, dof)
-        status = _STATUSES[int(report[-1])]
-        return OnlineEstimate(
-            t, names, report[:after_mean], cov, float(report[after_cov]), report[after_cov + 1 : -1], status
-        )
 
 
 def _taken_apart(tree: Any) -> tuple[tuple[Array, ...], tuple[Any, Any]]:
@@ -196,16 +209,31 @@ def _put_together(leaves: tuple[Array, ...], left: tuple[Any, Any]) -> Any:
     return eqx.combine(jax.tree.unflatten(structure, leaves), rest)
 
 
-@functools.partial(jax.jit, static_argnums=(0, 1))
+# Every operation taken out of the loop would be started by itself.
+@functools.partial(
+    jax.jit,
+    static_argnums=(0, 1),
+    compiler_options={"xla_disable_hlo_passes": "while-loop-invariant-code-motion"},
+)
 def _packed_step(
-    frozen: Frozen, sizes: tuple[int, int, int], arrays: tuple[Array, ...], carry: tuple[Array, ...], packed: Array
+    frozen: Frozen, sizes: tuple[int, int], arrays: tuple[Array, ...], carry: tuple[Array, ...], packed: Array
 ) -> tuple[tuple[Array, ...], Array]:
     parts, memory = frozen.tree
     estimator, model = _put_together(arrays, parts)
-    inputs, outputs, _ = sizes
-    u, y, seen = packed[2 : 2 + inputs], packed[2 + inputs : 2 + inputs + outputs], packed[2 + inputs + outputs :]
-    sample = Sample(Instant(packed[0], packed[1], u), y, seen > 0.5)
-    after, info = estimator.step(model, _put_together(carry, memory), sample)
-    estimate = info.estimate
-    report = [estimate.mean, estimate.cov.ravel(), info.nis[None], info.weight, info.status[None].astype(packed.dtype)]
-    return _taken_apart(after)[0], jnp.concatenate(report)
+    inputs, outputs = sizes
+
+    def piece(k: Array, held: tuple[tuple[Array, ...], Array]) -> tuple[tuple[Array, ...], Array]:
+        last, t, pieces = packed[0], packed[1], packed[2]
+        u, y, seen = jnp.split(packed[3:], [inputs, inputs + outputs])
+        dt = (t - last) / pieces
+        # The measurement belongs to the end of the last piece.
+        final = k + 1 == pieces
+        sample = Sample(Instant(jnp.where(final, t, last + (k + 1) * dt), dt, u), y, (seen > 0.5) & final)
+        after, info = estimator.step(model, _put_together(held[0], memory), sample)
+        estimate = info.estimate
+        report = [estimate.mean, estimate.cov.ravel(), info.nis[None], info.weight, info.status[None]]
+        return _taken_apart(after)[0], jnp.concatenate([part.astype(packed.dtype) for part in report])
+
+    # A loop even where there is one piece: XLA compiles a loop into one function.
+    size = model.space.size + model.space.dof**2 + 1 + model.output.dof + 1
+    return jax.lax.fori_loop(0, packed[2].astype(int), piece, (carry, jnp.zeros(size, packed.dtype)))

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..linalg import symmetrize
+from ..linalg import congruence, product, symmetrize
 
 _ORDER = 8
 _NODES, _WEIGHTS = (0.5 * (1.0 + np.polynomial.legendre.leggauss(4)[0]), 0.5 * np.polynomial.legendre.leggauss(4)[1])
@@ -57,19 +57,21 @@ def van_loan(
     identity = jnp.eye(n, dtype=drift.dtype)
     powers = [identity, step]
     for k in range(2, _ORDER + 1):
-        powers.append(powers[k // 2] @ powers[k - k // 2])
+        powers.append(product(powers[k // 2], powers[k - k // 2]))
     table = jnp.stack(powers).reshape(_ORDER + 1, -1)
     factorials = np.array([math.factorial(k) for k in range(_ORDER + 1)], dtype=float)
     # exp(A s) at the end of the step and at the four nodes, all from the same powers.
     ends = np.concatenate([[1.0], _NODES])
     series = jnp.asarray(ends[:, None] ** np.arange(_ORDER + 1) / factorials, drift.dtype)
-    exponentials = (series @ table).reshape(-1, n, n)
+    exponentials = product(series, table).reshape(-1, n, n)
     phi, nodes = exponentials[0], exponentials[1:]
-    left = jnp.concatenate([w * node @ density for w, node in zip(_WEIGHTS.tolist(), nodes, strict=True)], axis=1)
-    noise = h * left @ jnp.concatenate(list(nodes), axis=1).T
+    left = jnp.concatenate(
+        [w * product(node, density) for w, node in zip(_WEIGHTS.tolist(), nodes, strict=True)], axis=1
+    )
+    noise = h * product(left, jnp.concatenate(list(nodes), axis=1).T)
     for _ in range(halvings):
-        noise = noise + phi @ noise @ phi.T
-        phi = phi @ phi
+        noise = noise + congruence(phi, noise)
+        phi = product(phi, phi)
     return phi, symmetrize(noise)
 
 

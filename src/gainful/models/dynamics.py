@@ -9,6 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..errors import ModelError
+from ..linalg import congruence
 from ..spaces import AbstractSpace
 from .base import Instant
 from .discretize import runge_kutta_4, van_loan
@@ -55,7 +56,7 @@ def _through(gain: Matrix | None, noise: Matrix, role: str, dof: int, arguments:
     g = gain(*arguments)
     if g.ndim != 2 or g.shape[0] != dof:
         raise ModelError(f"G: expected {dof} rows, one per degree of freedom of the state, got shape {g.shape}")
-    return g @ _shaped(noise(*arguments), g.shape[1], role) @ g.T
+    return congruence(g, _shaped(noise(*arguments), g.shape[1], role))
 
 
 class DiscreteDynamics(AbstractDynamics):

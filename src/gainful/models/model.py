@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.core import Tracer
 from jaxtyping import Array, Float
 
 from ..errors import ModelError, ShapeError, did_you_mean
@@ -117,7 +117,7 @@ def _check_constant_noise(model: Model) -> None:
     constant = [(_role("R", part, model), part.noise, part.output) for part in model.sensor_parts]
     gain, noise = model.dynamics.G, model.dynamics.Q
     for role, matrix, space in [*constant, ("Q", noise, model.space)]:
-        if matrix.value is None or isinstance(matrix.value, jax.core.Tracer):
+        if matrix.value is None or isinstance(matrix.value, Tracer):
             continue  # nothing to look at yet
         value = np.asarray(matrix.value)
         if value.ndim != 2 or value.shape[0] != value.shape[1]:

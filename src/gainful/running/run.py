@@ -151,5 +151,11 @@ def log_likelihood(
 def run_many(
     estimator: AbstractEstimator, model: AbstractModel, priors: AbstractEstimate, samples: Sample
 ) -> tuple[Any, Info]:
-    """Many records of equal length at once: `vmap` of `scan` over a leading axis of `priors` and `samples`."""
-    return jax.vmap(lambda prior, record: scan(estimator, model, prior, record))(priors, samples)
+    """Many records of equal length: `scan` over a leading axis of `priors` and `samples`, fastest way for the device."""
+
+    def one(problem: tuple[AbstractEstimate, Sample]) -> tuple[Any, Info]:
+        return scan(estimator, model, *problem)
+
+    # A CPU runs one compiled loop after the other faster than it steps all records together; other devices do not.
+    along = jax.lax.map if jax.default_backend() == "cpu" else lambda fn, problems: jax.vmap(fn)(problems)
+    return along(one, (priors, samples))
