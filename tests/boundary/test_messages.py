@@ -178,6 +178,7 @@ MODELS = [
         ModelError,
         "G: expected 1 rows, one per degree of freedom of the state, got shape (2, 1)",
     ),
+    (lambda: run(steps(f=lambda x, u, t: 1j * x)), ModelError, "f: expected real numbers, got complex ones"),
     (lambda: run(steps(R=matrix((2, 2)))), ModelError, "R: expected shape (1, 1), got (2, 2)"),
     (
         lambda: run(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import gainful as gf
-from gainful.errors import DataError, NumericalError, ShapeError, Status
+from gainful.errors import CovarianceError, DataError, NumericalError, ShapeError, Status
 
 ROWS = 60
 
@@ -147,7 +147,17 @@ def test_a_step_of_no_length_is_refused_as_longest(model, prior):
         gf.OnlineFilter(FILTERS["ekf"], model, prior, max_step=0)
 
 
+def test_parts_that_do_not_fit_are_refused_before_the_first_sample(model):
+    with pytest.raises(ShapeError, match=r"prior: expected AbstractEstimate, got list; make one with make_prior"):
+        gf.OnlineFilter(FILTERS["ekf"], model, [0.0, 0.0, 0.0])
+    wrong = gf.continuous_model(
+        lambda x, u, t: x, lambda x, u, t: x, states=2, outputs=2, Q=lambda x, u, t: [[1.0, 0.5], [0.0, 1.0]], R=1.0
+    )
+    with pytest.raises(CovarianceError, match=r"Q at t = 3 s: expected a symmetric matrix"):
+        gf.OnlineFilter(FILTERS["ekf"], wrong, gf.make_prior(wrong, [0.0, 0.0], [1.0, 1.0]), start=3.0)
+
+
 def test_a_prior_of_another_model_is_refused(model):
     other = gf.linear_model([[1.0]], [[1.0]], Q=0.0, R=1.0, states=["z"])
-    with pytest.raises(ShapeError, match=r"prior: expected the states \('x', 'y', 'heading'\), got \('z',\)"):
+    with pytest.raises(ShapeError, match=r"prior: expected the states x, y, heading, got z"):
         gf.OnlineFilter(FILTERS["ekf"], model, gf.make_prior(other, [0.0], [1.0]))

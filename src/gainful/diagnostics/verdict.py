@@ -15,6 +15,9 @@ from .whiteness import WhitenessTest, whiteness_tests
 
 Check = ConsistencyTest | WhitenessTest
 
+_TOLD = 3
+"""Problems told in the one line; `problems` has them all."""
+
 
 @dataclasses.dataclass(frozen=True)
 class Verdict:
@@ -36,7 +39,9 @@ class Verdict:
 
     def __str__(self) -> str:
         if self.consistent is False:
-            head = "not consistent: " + "; ".join(self.problems)
+            more = len(self.problems) - _TOLD
+            shown = [*self.problems[:_TOLD], f"and {more} more"] if more > 1 else self.problems
+            head = "not consistent: " + "; ".join(shown)
             facts = [f"; {', '.join(self.facts)}"] if self.facts else []
         else:
             head = "consistent: " if self.consistent else "undecided: "

@@ -17,6 +17,7 @@ from ..errors import DataError, NumericalError, ShapeError, Status, did_you_mean
 from ..estimates import AbstractEstimate
 from ..filters import AbstractEstimator
 from ..models import AbstractModel, Instant, Sample
+from ..running.checks import check_parts
 from ..running.compiled import Frozen
 from ..running.log import fill_missing
 
@@ -108,8 +109,7 @@ class OnlineFilter:
         max_step: float | None = None,
         throw: bool = True,
     ) -> None:
-        if prior.space.names != model.space.names:
-            raise ShapeError(f"prior: expected the states {model.space.names}, got {prior.space.names}")
+        check_parts(estimator, model, prior, 0.0 if start is None else start)
         if max_step is not None and not (max_step > 0 and math.isfinite(max_step)):
             raise DataError(f"max_step: expected a time above 0 s, got {max_step!r}")
         self._model, self._time, self._max_step, self._throw = model, start, max_step, throw

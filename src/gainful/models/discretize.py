@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..linalg import congruence, product, symmetrize
+from ..linalg import congruence, product
 
 _ORDER = 8
 _NODES, _WEIGHTS = (0.5 * (1.0 + np.polynomial.legendre.leggauss(4)[0]), 0.5 * np.polynomial.legendre.leggauss(4)[1])
@@ -72,7 +72,7 @@ def van_loan(
     for _ in range(halvings):
         noise = noise + congruence(phi, noise)
         phi = product(phi, phi)
-    return phi, symmetrize(noise)
+    return phi, noise
 
 
 def zero_order_hold(

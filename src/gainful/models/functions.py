@@ -137,9 +137,12 @@ def make_sensors(h: Any, outputs: SpaceLike | None, R: Any, sensors: Sequence[Se
 def as_point(value: Any, size: int, dtype: Any, role: str) -> Float[Array, " size"]:
     """What a model function returned, as a point with `size` numbers."""
     try:
-        array = jnp.asarray(value, dtype)
+        array = jnp.asarray(value)
     except (TypeError, ValueError) as problem:
-        raise ModelError(f"{role}: expected {size} numbers, got {value!r}") from problem
+        raise ModelError(f"{role}: expected numbers, {size} of them, got {value!r}") from problem
+    if jnp.iscomplexobj(array):
+        raise ModelError(f"{role}: expected real numbers, got complex ones")
+    array = array.astype(dtype)
     if array.shape != (size,):
         raise ModelError(f"{role}: expected shape ({size},), got {array.shape}")
     return array

@@ -152,7 +152,7 @@ def discrete_model(
             steps must be equal.
         h: the measurement; may ask for `p`.
         states: names and units of the state (see `make_space`).
-        outputs: names and units of the measurement.
+        outputs: names and units of the measurement; with `h` and `R` they are one sensor, which a gate takes or leaves whole.
         inputs: names and units of the inputs.
         Q: covariance of `w` over one step: a matrix, a vector or scalar of variances, or a function of `(x, u, t)`, `dt`, `p`.
         R: covariance of `v`, likewise.
@@ -196,7 +196,7 @@ def continuous_model(
         f: the rate of change of the state; for a quaternion its three body rates [rad/s]. May ask for `p`.
         h: the measurement.
         states: names and units of the state (see `make_space`).
-        outputs: names and units of the measurement.
+        outputs: names and units of the measurement; with `h` and `R` they are one sensor, which a gate takes or leaves whole.
         inputs: names and units of the inputs.
         Q: spectral density of `w`, units squared per second, so that a free state's variance grows by `Q dt`.
         R: covariance of `v`.

@@ -31,26 +31,39 @@ def check_problem(
     estimator: AbstractEstimator, model: AbstractModel, prior: AbstractEstimate, data: Log
 ) -> tuple[str, ...]:
     """Raise if the parts do not fit each other; return what a reader of the results should know."""
-    for value, kind, role in (
-        (estimator, AbstractEstimator, "estimator"),
-        (model, AbstractModel, "model"),
-        (prior, AbstractEstimate, "prior"),
-        (data, Log, "data"),
-    ):
-        if not isinstance(value, kind):
-            hint = {"prior": "; make one with make_prior", "data": "; make one with make_log"}.get(role, "")
-            raise ShapeError(f"{role}: expected {kind.__name__}, got {type(value).__name__}{hint}")
+    _check_kinds(estimator, model, prior)
+    if not isinstance(data, Log):
+        raise ShapeError(f"data: expected Log, got {type(data).__name__}; make one with make_log")
     _check_prior(model, prior)
     widths = {"y": (data.y, model.output.size), "seen": (data.seen, model.output.dof), "u": (data.u, len(model.inputs))}
     for name, (array, width) in widths.items():
         if array.shape != (len(data), width):
             raise ShapeError(f"data.{name}: expected shape ({len(data)}, {width}), got {array.shape}")
     _check_precision(prior, data)
-    _check_functions(model, prior, data)
+    _check_functions(model, prior, _moments(data, prior.mean.dtype))
     warnings = _check_steps(model, data)
     if not data.seen.any():
         warnings.append("nothing was measured: the estimates are the prior carried forward")
     return tuple(warnings)
+
+
+def check_parts(estimator: AbstractEstimator, model: AbstractModel, prior: AbstractEstimate, start: float) -> None:
+    """Raise if the parts do not fit each other, before there is any data: noise and functions are tried at `start` [s]."""
+    _check_kinds(estimator, model, prior)
+    _check_prior(model, prior)
+    one = jnp.ones(1, prior.mean.dtype)
+    _check_functions(model, prior, Instant(start * one, one, jnp.zeros((1, len(model.inputs)), one.dtype)))
+
+
+def _check_kinds(estimator: AbstractEstimator, model: AbstractModel, prior: AbstractEstimate) -> None:
+    for value, kind, role in (
+        (estimator, AbstractEstimator, "estimator"),
+        (model, AbstractModel, "model"),
+        (prior, AbstractEstimate, "prior"),
+    ):
+        if not isinstance(value, kind):
+            hint = "; make one with make_prior" if role == "prior" else ""
+            raise ShapeError(f"{role}: expected {kind.__name__}, got {type(value).__name__}{hint}")
 
 
 def _check_prior(model: AbstractModel, prior: AbstractEstimate) -> None:
@@ -103,14 +116,15 @@ def _check_steps(model: AbstractModel, data: Log) -> list[str]:
     return []
 
 
-def _first_moment(model: AbstractModel, prior: AbstractEstimate, data: Log) -> tuple[jax.Array, Instant]:
+def _moments(data: Log, dtype: Any) -> Instant:
+    """Moments spread over the record, stacked."""
+    rows = np.linspace(0, len(data) - 1, _NOISE_ROWS).astype(int)
     steps = data.dt[data.dt > 0]
-    dtype = prior.mean.dtype
-    dt = jnp.asarray(steps[0] if steps.size else 1.0, dtype)
-    return prior.mean, Instant(jnp.asarray(data.t[0], dtype), dt, jnp.asarray(data.u[0], dtype))
+    dt = np.where(data.dt > 0, data.dt, steps[0] if steps.size else 1.0)
+    return Instant(*(jnp.asarray(values[rows], dtype) for values in (data.t, dt, data.u)))
 
 
-def _check_functions(model: AbstractModel, prior: AbstractEstimate, data: Log) -> None:
+def _check_functions(model: AbstractModel, prior: AbstractEstimate, moments: Instant) -> None:
     """Trace the model's functions once, so that a wrong shape or a mistake is reported in their own terms."""
     for leaf in jax.tree.leaves(model):
         try:
@@ -120,7 +134,7 @@ def _check_functions(model: AbstractModel, prior: AbstractEstimate, data: Log) -
             raise ModelError(
                 f"model: expected functions that can be hashed, got a {kind}; equinox.Module can"
             ) from problem
-    x, when = _first_moment(model, prior, data)
+    x, when = prior.mean, jax.tree.map(lambda values: values[0], moments)
     own = {"f": model.transition, "h": model.observe, "Q": model.process_noise, "R": model.measurement_noise}
     for role, fn in own.items():
         try:
@@ -132,9 +146,6 @@ def _check_functions(model: AbstractModel, prior: AbstractEstimate, data: Log) -
     matrices = [leaf for leaf in jax.tree.leaves(model, is_leaf=_is_matrix) if _is_matrix(leaf)]
     if matrices and all(matrix.fn is None for matrix in matrices):
         return  # given as numbers, and checked when the model was made
-    rows = np.linspace(0, len(data) - 1, _NOISE_ROWS).astype(int)
-    dt = np.where(data.dt > 0, data.dt, np.asarray(when.dt))
-    moments = Instant(*(jnp.asarray(values[rows], x.dtype) for values in (data.t, dt, data.u)))
     found, _ = compiled_call(_noises, (model,), x, moments)
     for k, t in enumerate(np.asarray(moments.t)):
         for role, noise, names in zip(
