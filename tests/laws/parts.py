@@ -15,13 +15,21 @@ from typing import Any
 import jax.numpy as jnp
 
 import gainful as gf
-from gainful.estimates import AbstractEstimate
-from gainful.filters import AbstractEstimator
-from gainful.linearization import AbstractLinearization, AbstractRule, Cubature, GaussHermite, Unscented
+from gainful.estimates import AbstractEstimate, Friedland, TwoStage
+from gainful.faults import Fault, FaultModel, with_faults
+from gainful.filters import AbstractEstimator, GeneralizedLikelihoodRatio, InteractingMultipleModel
+from gainful.linearization import (
+    AbstractLinearization,
+    AbstractRule,
+    Cubature,
+    GaussHermite,
+    MarginalSigmaPoints,
+    Unscented,
+)
 from gainful.models import AbstractModel
 from gainful.models.dynamics import AbstractDynamics, ContinuousDynamics, DiscreteDynamics, LinearDynamics
 from gainful.models.model import Model
-from gainful.noise import AbstractNoise
+from gainful.noise import AbstractNoise, Scaled
 from gainful.spaces import (
     AbstractSpace,
     Circle,
@@ -34,7 +42,7 @@ from gainful.spaces import (
     rotate,
 )
 from gainful.testing.cart import cart_model
-from gainful.updates import AbstractUpdate
+from gainful.updates import AbstractUpdate, Considered, InnovationScaling, StrongTracking
 
 SPACES: dict[type, list[AbstractSpace]] = {
     Euclidean: [Euclidean(("a", "b"), ("m", "m/s"))],
@@ -64,6 +72,10 @@ LINEARIZATIONS: dict[type, list[AbstractLinearization]] = {
         gf.SigmaPoints(Cubature()),
         gf.SigmaPoints(GaussHermite()),
     ],
+    MarginalSigmaPoints: [
+        MarginalSigmaPoints(Unscented(alpha=0.1)),
+        MarginalSigmaPoints(GaussHermite(), "rao_blackwell"),
+    ],
 }
 
 UPDATES: dict[type, list[tuple[AbstractUpdate, AbstractUpdate]]] = {
@@ -71,11 +83,24 @@ UPDATES: dict[type, list[tuple[AbstractUpdate, AbstractUpdate]]] = {
     gf.Exact: [(gf.Exact(), gf.Exact())],
     gf.Gated: [(gf.Gated(probability=0.9, reacquire=2), gf.Gated(probability=1.0))],
     gf.Iterated: [(gf.Iterated(iterations=3), gf.Iterated(iterations=1))],
+    Considered: [(Considered(("heading",)), Considered())],
+    InnovationScaling: [
+        (InnovationScaling(order=("state", "measurement"), window=3, gate=0.5), InnovationScaling(gate=0.0)),
+    ],
+    StrongTracking: [(StrongTracking(memory=0.5, softening=1.0), StrongTracking(cap=1.0))],
 }
 
-NOISES: dict[type, list[AbstractNoise]] = {gf.Nominal: [gf.Nominal()]}
+NOISES: dict[type, list[AbstractNoise]] = {
+    gf.Nominal: [gf.Nominal()],
+    Scaled: [Scaled({"heading": 3.0}, {"compass": 0.5})],
+}
 
-ESTIMATES: dict[type, list[type[AbstractEstimate]]] = {gf.Gaussian: [gf.Gaussian], gf.SquareRoot: [gf.SquareRoot]}
+ESTIMATES: dict[type, list[type[AbstractEstimate]]] = {
+    gf.Gaussian: [gf.Gaussian],
+    gf.SquareRoot: [gf.SquareRoot],
+    TwoStage: [TwoStage],
+    Friedland: [],  # keeps the laws for constant biases only, see tests/equivalence/test_two_stage.py
+}
 
 
 def _spin(x: Any, u: Any) -> Any:
@@ -131,6 +156,12 @@ MODELS: dict[type, list[AbstractModel]] = {
         gf.augment(spring_model(), parameters={"stiffness": 0.1}, biases={"y": 0.0}, bounds={"stiffness": (0, None)}),
         gf.augment(cart_model(), biases={"speed": 0.2, "compass": 0.1}),
     ],
+    FaultModel: [
+        with_faults(
+            cart_model(),
+            [Fault("loss", "speed", 0.1, time_constant=3.0), Fault("bias", "compass", 0.1), Fault("scale", "along")],
+        ),
+    ],
 }
 
 DYNAMICS: dict[type, list[AbstractModel]] = {
@@ -144,6 +175,17 @@ DYNAMICS: dict[type, list[AbstractModel]] = {
 ESTIMATORS: dict[type, list[tuple[AbstractEstimator, AbstractModel | None]]] = {
     # With each the model it needs; the cart if None. Filters are tried in combinations too, see `combinations`.
     gf.KalmanFilter: [(gf.kalman_filter(), DYNAMICS[LinearDynamics][0])],
+    GeneralizedLikelihoodRatio: [
+        (GeneralizedLikelihoodRatio(gf.KalmanFilter(), window=5, threshold=3.0), MODELS[gf.models.AugmentedModel][1])
+    ],
+    InteractingMultipleModel: [
+        (
+            InteractingMultipleModel(
+                (gf.KalmanFilter(), gf.KalmanFilter(noise=Scaled({"heading": 5.0}))), ((0.9, 0.1), (0.2, 0.8))
+            ),
+            None,
+        )
+    ],
 }
 
 KINDS: dict[type, dict[type, list[Any]]] = {

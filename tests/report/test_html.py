@@ -16,7 +16,7 @@ import pytest
 import gainful.report
 from gainful.errors import ConfigError, MissingExtraError
 from gainful.report import Table, figures_of, write_report
-from gainful.report.html import cell
+from gainful.report.page import cell
 
 FACTS = [("Filter", "extended Kalman filter"), ("Time", "compile 1.0 s, run 0.1 s")]
 

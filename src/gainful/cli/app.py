@@ -14,8 +14,10 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.text import Text
 
 from ..errors import ConfigError, GainfulError
-from ..jobs import EstimateJob, estimate, write_starter
+from ..jobs import EstimateJob, StudyJob, estimate, run_study, write_starter
+from ..studies import STUDIES, Study
 from ..version import __version__
+from .findings import print_findings, print_studies
 from .summary import print_summary
 
 PROGRESS_ROWS = 50_000
@@ -84,6 +86,41 @@ def _with_progress(config: Path, out: Path) -> EstimateJob:
             bar.update(task, total=rows, visible=rows > PROGRESS_ROWS)
 
         return estimate(config, out, started=started, progress=lambda done: bar.update(task, completed=done))
+
+
+@app.command("study")
+def study_command(
+    name: Annotated[str | None, typer.Argument(help="Of the study; without one, the studies are listed.")] = None,
+    runs: Annotated[int | None, typer.Option(help="Monte Carlo runs; by default the study's own.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Of the random numbers; by default the study's own.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Folder for report.html and the numbers, by default out/NAME.")
+    ] = None,
+    listed: Annotated[bool, typer.Option("--list", help="List the studies and leave.")] = False,
+) -> None:
+    """Repeat a published experiment: its figures and tables, and a verdict on each of its claims."""
+    if listed or name is None:
+        print_studies(STUDIES)
+        return
+    with _messages():
+        job = _study_with_progress(name, out or Path("out") / name, runs, seed)
+    print_findings(job)
+
+
+def _study_with_progress(name: str, out: Path, runs: int | None, seed: int | None) -> StudyJob:
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=_error, transient=True, disable=not _error.is_terminal) as bar:
+        task = bar.add_task("compiling", total=None)
+
+        def started(study: Study) -> None:
+            _error.print(study.title, highlight=False, markup=False)
+
+        def progress(done: int, total: int) -> None:
+            bar.update(task, description="runs", completed=done, total=total)
+
+        return run_study(
+            name, out, runs=runs, seed=seed, started=started if _error.is_terminal else None, progress=progress
+        )
 
 
 @app.command()

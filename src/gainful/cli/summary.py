@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ..errors import Status
-from ..jobs import EstimateJob, state_rows
+from ..jobs import EstimateJob, fault_rows_of, state_rows
 
 _STYLE = {True: "green", False: "yellow", None: "cyan"}
 
@@ -21,6 +21,9 @@ def print_summary(job: EstimateJob, console: Console | None = None) -> None:
     heads, rows = state_rows(job)
     console.print(_table(job.title, heads, rows))
     console.print(_table("measurements", *_measurement_rows(job)))
+    if job.faults is not None:
+        console.print(_table("faults", *fault_rows_of(job.faults)))
+        console.print(Text(f"{job.faults.isolability}; alarms above {job.faults.limit}"))
     console.print(Text(str(job.verdict), style=_STYLE[job.verdict.consistent]))
     compiling, running = job.timing
     rows_kept = int(job.result.log.kept.sum())

@@ -6,6 +6,7 @@ import contextlib
 import dataclasses
 import importlib.util
 import inspect
+import math
 import sys
 import types
 from collections.abc import Iterator, Mapping
@@ -13,17 +14,30 @@ from pathlib import Path
 from typing import Any
 
 import equinox as eqx
+import jax
 
 from ..errors import ConfigError, GainfulError, did_you_mean
 from ..estimates import Gaussian
-from ..filters import KalmanFilter
+from ..faults import (
+    Bias,
+    Drift,
+    Fault,
+    FaultModel,
+    Loss,
+    NoiseIncrease,
+    Stuck,
+    extend_prior,
+    inject,
+    with_faults,
+)
+from ..filters import AbstractEstimator, KalmanFilter
 from ..models import AbstractModel, augment, continuous_model, discrete_model, sensor
 from ..plants import CATALOGUE
-from ..running import make_prior
+from ..running import Log, make_prior
 from ..running.checks import place_of
 from ..updates import Gated
 from .parts import make_filter
-from .schema import EstimateConfig, ModelSection, Signals
+from .schema import EstimateConfig, FaultSection, ModelSection, Signals
 
 _ALWAYS = {"augment"}
 _CALLED = {"arguments"}
@@ -49,11 +63,13 @@ def build_model(section: ModelSection, base: Path) -> AbstractModel:
         return augment(model, parameters=section.augment.parameters, biases=section.augment.biases, bounds=bounds)
 
 
-def build_filter(config: EstimateConfig) -> KalmanFilter:
+def build_filter(config: EstimateConfig) -> AbstractEstimator:
     """The filter of a configuration, gated where the options ask for it."""
     chosen = make_filter(config.filter)
     if config.options.gate is None:
         return chosen
+    if not isinstance(chosen, KalmanFilter):
+        raise ConfigError(f"options.gate: expected a single filter to gate, got a {type(chosen).__name__}")
     try:
         gated = Gated(chosen.update, config.options.gate, config.options.reacquire)
     except ConfigError as problem:
@@ -62,13 +78,51 @@ def build_filter(config: EstimateConfig) -> KalmanFilter:
 
 
 def build_prior(config: EstimateConfig, model: AbstractModel) -> Gaussian:
-    """The prior of a configuration.
+    """The prior of a configuration; that of its faults is their own.
 
     Raises:
         ConfigError: values that do not fit the model's states.
     """
     with _blamed(""):
-        return make_prior(model, config.prior.mean, config.prior.std, cov=config.prior.cov)
+        base = model.base if isinstance(model, FaultModel) else model
+        prior = make_prior(base, config.prior.mean, config.prior.std, cov=config.prior.cov)
+        return extend_prior(model, prior) if isinstance(model, FaultModel) else prior
+
+
+def build_faults(config: EstimateConfig, model: AbstractModel) -> AbstractModel:
+    """The model with the faults of a configuration as further states; itself if there are none.
+
+    Raises:
+        ConfigError: an unknown signal, or a number that is no such size.
+    """
+    if config.faults is None:
+        return model
+    with _blamed("faults"):
+        return with_faults(model, [_fault(each) for each in config.faults.states])
+
+
+def build_injections(config: EstimateConfig, log: Log, model: AbstractModel) -> Log:
+    """The record with the faults that a configuration puts into it.
+
+    Raises:
+        ConfigError: an unknown signal, or a fault that it cannot have.
+    """
+    if not config.inject:
+        return log
+    make = {"bias": Bias, "drift": Drift, "stuck": Stuck, "loss": Loss, "noise": NoiseIncrease}
+    with _blamed("inject"):
+        faults = [
+            make[each.kind](each.signal, each.size, each.onset, math.inf if each.end is None else each.end)
+            for each in config.inject
+        ]
+        faulty = inject(log, model, faults, jax.random.key(0))
+    # How far a record was sound before is not known, so the fault put in is not the whole truth of a fault's state.
+    return dataclasses.replace(faulty, truth=log.truth)
+
+
+def _fault(section: FaultSection) -> Fault:
+    fading = math.inf if section.time_constant is None else section.time_constant
+    return Fault(section.kind, section.signal, section.walk, section.sigma, section.bound, fading, section.per_step)
 
 
 @contextlib.contextmanager

@@ -10,13 +10,20 @@ from typing import Any
 import pydantic
 
 from ..errors import ConfigError, did_you_mean
-from ..estimates import AbstractEstimate, Gaussian, SquareRoot
+from ..estimates import AbstractEstimate, Friedland, Gaussian, SquareRoot, TwoStage
 from ..filters import (
+    AbstractEstimator,
+    GeneralizedLikelihoodRatio,
+    InteractingMultipleModel,
     KalmanFilter,
+    adaptive_two_stage_unscented_kalman_filter,
     cubature_kalman_filter,
     extended_kalman_filter,
     iterated_extended_kalman_filter,
     kalman_filter,
+    two_stage_extended_kalman_filter,
+    two_stage_kalman_filter,
+    two_stage_unscented_kalman_filter,
     unscented_kalman_filter,
 )
 from ..linearization import (
@@ -24,29 +31,52 @@ from ..linearization import (
     AbstractRule,
     Cubature,
     GaussHermite,
+    MarginalSigmaPoints,
     SigmaPoints,
     Taylor,
     Unscented,
 )
-from ..noise import AbstractNoise, Nominal
-from ..updates import AbstractUpdate, Exact, Gated, Iterated
+from ..noise import AbstractNoise, Nominal, Scaled
+from ..updates import AbstractUpdate, Considered, Exact, Gated, InnovationScaling, Iterated, StrongTracking
 from .wording import members, mismatch, shown
 
 KINDS: dict[type, dict[str, type]] = {
-    AbstractLinearization: {"taylor": Taylor, "sigma_points": SigmaPoints},
+    AbstractLinearization: {
+        "taylor": Taylor,
+        "sigma_points": SigmaPoints,
+        "marginal_sigma_points": MarginalSigmaPoints,
+    },
     AbstractRule: {"unscented": Unscented, "cubature": Cubature, "gauss_hermite": GaussHermite},
-    AbstractUpdate: {"exact": Exact, "gated": Gated, "iterated": Iterated},
-    AbstractNoise: {"nominal": Nominal},
-    AbstractEstimate: {"gaussian": Gaussian, "square_root": SquareRoot},
+    AbstractUpdate: {
+        "considered": Considered,
+        "exact": Exact,
+        "gated": Gated,
+        "innovation_scaling": InnovationScaling,
+        "iterated": Iterated,
+        "strong_tracking": StrongTracking,
+    },
+    AbstractNoise: {"nominal": Nominal, "scaled": Scaled},
+    AbstractEstimate: {
+        "friedland": Friedland,
+        "gaussian": Gaussian,
+        "square_root": SquareRoot,
+        "two_stage": TwoStage,
+    },
 }
 """Every part by what it is and what a table calls it."""
 
-FILTERS: dict[str, Callable[..., KalmanFilter]] = {
+FILTERS: dict[str, Callable[..., AbstractEstimator]] = {
     "kalman_filter": kalman_filter,
     "extended_kalman_filter": extended_kalman_filter,
     "iterated_extended_kalman_filter": iterated_extended_kalman_filter,
     "unscented_kalman_filter": unscented_kalman_filter,
     "cubature_kalman_filter": cubature_kalman_filter,
+    "two_stage_kalman_filter": two_stage_kalman_filter,
+    "two_stage_extended_kalman_filter": two_stage_extended_kalman_filter,
+    "two_stage_unscented_kalman_filter": two_stage_unscented_kalman_filter,
+    "adaptive_two_stage_unscented_kalman_filter": adaptive_two_stage_unscented_kalman_filter,
+    "generalized_likelihood_ratio": GeneralizedLikelihoodRatio,
+    "interacting_multiple_model": InteractingMultipleModel,
     "assembled": KalmanFilter,
 }
 ACRONYMS = {
@@ -55,10 +85,16 @@ ACRONYMS = {
     "iekf": "iterated_extended_kalman_filter",
     "ukf": "unscented_kalman_filter",
     "ckf": "cubature_kalman_filter",
+    "tskf": "two_stage_kalman_filter",
+    "tsekf": "two_stage_extended_kalman_filter",
+    "tsukf": "two_stage_unscented_kalman_filter",
+    "atsukf": "adaptive_two_stage_unscented_kalman_filter",
+    "glr": "generalized_likelihood_ratio",
+    "imm": "interacting_multiple_model",
 }
 
 
-def make_filter(table: str | Mapping[str, Any], path: str = "filter") -> KalmanFilter:
+def make_filter(table: str | Mapping[str, Any], path: str = "filter") -> AbstractEstimator:
     """The filter a table describes: a named one with its options, or `kind = "assembled"` with its parts.
 
     Args:
@@ -69,7 +105,7 @@ def make_filter(table: str | Mapping[str, Any], path: str = "filter") -> KalmanF
         ConfigError: an unknown kind or key, or a value of the wrong kind.
 
     Example:
-        >>> make_filter({"kind": "ukf", "alpha": 0.5}).linearization.rule.alpha
+        >>> make_filter({"kind": "ukf", "alpha": 0.5}).linearization.rule.alpha  # type: ignore[attr-defined]
         0.5
     """
     kind, arguments = _opened(table, path)
@@ -91,11 +127,7 @@ def make_part(slot: type, table: str | Mapping[str, Any], path: str) -> Any:
 def dump_part(part: Any) -> dict[str, Any]:
     """The table that `make_part` or `make_filter` turns into an equal part."""
     cls = type(part)
-    name = (
-        "assembled"
-        if cls is KalmanFilter
-        else next((k for kinds in KINDS.values() for k, c in kinds.items() if c is cls), None)
-    )
+    name = next((k for kinds in (FILTERS, *KINDS.values()) for k, c in kinds.items() if c is cls), None)
     if name is None:
         raise ConfigError(f"{cls.__name__} has no name in configuration files")
     table: dict[str, Any] = {"kind": name}
@@ -103,8 +135,10 @@ def dump_part(part: Any) -> dict[str, Any]:
         value = getattr(part, field)
         if isinstance(value, type):
             table[field] = next(k for k, c in KINDS[AbstractEstimate].items() if c is value)
-        elif _slot_of(type(value)) is not None:
+        elif isinstance(value, AbstractEstimator) or _slot_of(type(value)) is not None:
             table[field] = dump_part(value)
+        elif isinstance(value, tuple) and value and isinstance(value[0], AbstractEstimator):
+            table[field] = [dump_part(each) for each in value]
         else:
             table[field] = value
     return table
@@ -138,13 +172,31 @@ def _value(annotation: Any, given: Any, path: str) -> Any:
         if not isinstance(given, str) or given not in kinds:
             raise ConfigError(f"{path}: {shown(given)} is not known here; {did_you_mean(str(given), kinds)}")
         return kinds[given]
+    if annotation is KalmanFilter:
+        return _kalman(given, path)
+    if annotation == tuple[KalmanFilter, ...]:
+        if not isinstance(given, list | tuple):
+            raise ConfigError(f"{path}: expected a list of filters, got {shown(given)}")
+        return tuple(_kalman(each, f"{path}[{i}]") for i, each in enumerate(given))
     slot = _slot_of(annotation) if isinstance(annotation, type) else None
     if slot is not None:
         return make_part(slot, given, path)
     try:
-        return pydantic.TypeAdapter(annotation).validate_python(given, strict=True)
+        return pydantic.TypeAdapter(annotation).validate_python(_fixed(given), strict=True)
     except pydantic.ValidationError as problem:
         raise ConfigError(f"{path}: {mismatch(members(annotation), given)}") from problem
+
+
+def _fixed(given: Any) -> Any:
+    """Lists, which is how files write them, as tuples, which is what parts hold."""
+    return tuple(_fixed(each) for each in given) if isinstance(given, list) else given
+
+
+def _kalman(given: Any, path: str) -> KalmanFilter:
+    made = make_filter(given, path)
+    if not isinstance(made, KalmanFilter):
+        raise ConfigError(f"{path}: expected a single filter, got a {type(made).__name__}")
+    return made
 
 
 def _slot_of(cls: type) -> type | None:

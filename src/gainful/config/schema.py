@@ -110,6 +110,71 @@ class PriorSection:
 
 
 @dataclasses.dataclass(frozen=True)
+class FaultSection:
+    """A fault estimated as a state, see `gainful.faults.Fault`.
+
+    Attributes:
+        kind: "offset" or "loss" of an input, "bias" or "scale" of an output.
+        signal: name of the input or output.
+        walk: how fast it may change: sigma per square root of a second.
+        sigma: standard deviation before the first row.
+        bound: largest physical size.
+        time_constant: of a fault that fades out [s].
+        per_step: whether `walk` is per step.
+    """
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = _STRICT
+
+    kind: Literal["offset", "loss", "bias", "scale"]
+    signal: str
+    sigma: float
+    walk: float = 0.0
+    bound: float | None = None
+    time_constant: float | None = None
+    per_step: bool = False
+
+
+@dataclasses.dataclass(frozen=True)
+class FaultsSection:
+    """Faults to look for, and when to raise an alarm.
+
+    Attributes:
+        states: the faults.
+        threshold: an alarm is raised where a fault's estimate exceeds so many of its standard deviations.
+        false_alarms: in place of `threshold`, false alarms per 1000 s, for which it is found by simulation.
+        hold_off: no alarm within so long of the first row [s].
+    """
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = _STRICT
+
+    states: list[FaultSection]
+    threshold: float = 5.0
+    false_alarms: float | None = None
+    hold_off: float = 0.0
+
+
+@dataclasses.dataclass(frozen=True)
+class InjectSection:
+    """A fault put into the record, to see whether it is found.
+
+    Attributes:
+        kind: "bias", "drift", "stuck", "loss" or "noise".
+        signal: name of the input or output.
+        size: bias, drift per second, level of a stuck signal, lost share, or sigma of the added noise.
+        onset: first time it is there [s].
+        end: time from which it is gone [s].
+    """
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = _STRICT
+
+    kind: Literal["bias", "drift", "stuck", "loss", "noise"]
+    signal: str
+    size: float
+    onset: float
+    end: float | None = None
+
+
+@dataclasses.dataclass(frozen=True)
 class OptionsSection:
     """What to do besides filtering.
 
@@ -137,6 +202,8 @@ class EstimateConfig:
         data: the record.
         prior: the estimate before the first row.
         filter: a name such as "ukf", or a table with `kind` and options.
+        faults: faults estimated as states, with alarms.
+        inject: faults put into the record on purpose.
         options: smoothing, gating.
         title: of the report; the file's name if empty.
     """
@@ -147,5 +214,7 @@ class EstimateConfig:
     data: Source
     prior: PriorSection
     filter: str | dict[str, Any] = "ekf"
+    faults: FaultsSection | None = None
+    inject: list[InjectSection] = dataclasses.field(default_factory=list)
     options: OptionsSection = dataclasses.field(default_factory=OptionsSection)
     title: str = ""

@@ -2,7 +2,9 @@
 
 from .affine import Affine
 from .base import AbstractEstimate, Innovation
+from .friedland import Friedland
 from .gaussian import Gaussian
 from .square_root import SquareRoot
+from .two_stage import TwoStage
 
-__all__ = ["AbstractEstimate", "Affine", "Gaussian", "Innovation", "SquareRoot"]
+__all__ = ["AbstractEstimate", "Affine", "Friedland", "Gaussian", "Innovation", "SquareRoot", "TwoStage"]

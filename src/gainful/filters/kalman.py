@@ -7,13 +7,14 @@ from typing import Any
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Float
 
 from ..errors import Status
-from ..estimates import AbstractEstimate, Gaussian
+from ..estimates import AbstractEstimate, Affine, Gaussian
 from ..linearization import AbstractLinearization, Taylor
 from ..models import AbstractModel, Sample
 from ..noise import AbstractNoise, Nominal
-from ..updates import AbstractUpdate, Exact, Likelihood
+from ..updates import AbstractUpdate, Exact, Likelihood, Update
 from .base import AbstractEstimator, Info
 
 
@@ -56,16 +57,38 @@ class KalmanFilter(AbstractEstimator):
 
     def predict(self, model: AbstractModel, carry: Carry, sample: Sample) -> AbstractEstimate:
         """The estimate at the end of the interval, before its measurement."""
-        return carry.estimate.push(transition_map(self, model, carry, sample))
+        return carry.estimate.push(self.transition_map(model, carry, sample))
+
+    def transition_map(self, model: AbstractModel, carry: Carry, sample: Sample) -> Affine:
+        """The affine map that leads from the last estimate to the prediction, with the process noise of the interval."""
+        return self._map(model, carry, sample).plus_noise(self.process_noise(model, carry, sample))
+
+    def process_noise(self, model: AbstractModel, carry: Carry, sample: Sample) -> Float[Array, "dof dof"]:
+        """The covariance the interval adds, as the noise law has it."""
+        return self.noise.process(carry.noise, model.process_noise(carry.estimate.mean, sample.when))
+
+    def _map(self, model: AbstractModel, carry: Carry, sample: Sample) -> Affine:
+        return self.linearization(lambda x: model.transition(x, sample.when), carry.estimate, model.space)
 
     def step(self, model: AbstractModel, carry: Carry, sample: Sample) -> tuple[Carry, Info]:
+        return self.advance(model, carry, sample)[:2]
+
+    def advance(self, model: AbstractModel, carry: Carry, sample: Sample) -> tuple[Carry, Info, Update]:
+        """A step, and what its update did."""
         when, last = sample.when, carry.estimate
-        moved = self.predict(model, carry, sample)
+        process = self.process_noise(model, carry, sample)
+        moved = last.push(self._map(model, carry, sample).plus_noise(process))
         # Without an interval the prediction is the estimate itself, to the last bit.
         prior = jax.tree.map(lambda new, old: jnp.where(when.dt > 0, new, old), moved, last)
         noise = self.noise.measurement(carry.noise, model.measurement_noise(prior.mean, when))
         likelihood = Likelihood(
-            lambda x: model.observe(x, when), model.output, noise, sample.seen, model.sensors, self.linearization
+            lambda x: model.observe(x, when),
+            model.output,
+            noise,
+            sample.seen,
+            process,
+            model.sensors,
+            self.linearization,
         )
         memory, update = self.update(carry.update, prior, likelihood, sample.y)
         innovation, posterior = update.innovation, update.posterior
@@ -108,14 +131,7 @@ class KalmanFilter(AbstractEstimator):
             update.weight,
             status,
         )
-        return Carry(estimate, *learned), info
-
-
-def transition_map(estimator: KalmanFilter, model: AbstractModel, carry: Carry, sample: Sample) -> Any:
-    """The affine map that leads from the last estimate to the prediction, with the process noise of the interval."""
-    when = sample.when
-    affine = estimator.linearization(lambda x: model.transition(x, when), carry.estimate, model.space)
-    return affine.plus_noise(estimator.noise.process(carry.noise, model.process_noise(carry.estimate.mean, when)))
+        return Carry(estimate, *learned), info, update
 
 
 def _finite(estimate: Any) -> jax.Array:

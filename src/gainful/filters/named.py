@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from ..estimates import Gaussian, SquareRoot
-from ..linearization import Cubature, SigmaPoints, Taylor, Unscented
-from ..updates import AbstractUpdate, Exact, Iterated
+from ..estimates import Gaussian, SquareRoot, TwoStage
+from ..linearization import Cubature, MarginalSigmaPoints, SigmaPoints, Taylor, Unscented
+from ..updates import AbstractUpdate, Exact, InnovationScaling, Iterated
 from .kalman import KalmanFilter
 
 
@@ -80,3 +80,73 @@ def cubature_kalman_filter(*, update: AbstractUpdate = Exact(), square_root: boo
     Source: Arasaratnam and Haykin (2009), IEEE Trans. Autom. Control 54(6):1254-1269.
     """
     return KalmanFilter(SigmaPoints(Cubature()), update, estimate=_estimate(square_root))
+
+
+def two_stage_kalman_filter(*, update: AbstractUpdate = Exact()) -> KalmanFilter:  # noqa: B008
+    """The optimal two-stage Kalman filter: states and biases (all that `augment` or faults added) filtered apart.
+
+    Args:
+        update: how strongly a measurement counts.
+
+    Source: Friedland (1969), IEEE Trans. Autom. Control 14(4):359-367; Hsieh and Chen (1999), 44(1):194-199.
+    Reduces to: `kalman_filter` of the augmented model, which it equals to rounding.
+    """
+    return KalmanFilter(Taylor(), update, estimate=TwoStage)
+
+
+def two_stage_extended_kalman_filter(*, update: AbstractUpdate = Exact()) -> KalmanFilter:  # noqa: B008
+    """The two-stage extended Kalman filter, linearised at the total estimate.
+
+    Args:
+        update: how strongly a measurement counts.
+
+    Source: Caglayan and Lancraft (1983), Automatica; Hsieh and Chen (1999), IEEE Trans. Autom. Control 44(1):194-199.
+    Reduces to: `extended_kalman_filter` of the augmented model, which it equals to rounding.
+    """
+    return KalmanFilter(Taylor(), update, estimate=TwoStage)
+
+
+def two_stage_unscented_kalman_filter(
+    *,
+    form: str = "bias_free",
+    alpha: float = 1.0,
+    beta: float = 2.0,
+    kappa: float = 0.0,
+    update: AbstractUpdate = Exact(),  # noqa: B008
+) -> KalmanFilter:
+    """The two-stage unscented Kalman filter: sigma points over the states alone, no Jacobian.
+
+    Args:
+        form: "bias_free" or "rao_blackwell", see `MarginalSigmaPoints`; "augmented" for points over states and biases.
+        alpha: spread of the points.
+        beta: 2 is best for Gaussian states.
+        kappa: secondary scaling.
+        update: how strongly a measurement counts.
+
+    Source: Chen et al. (2019), Acta Aeronaut. Astronaut. Sin. 40(5):322551.
+    """
+    rule = Unscented(alpha, beta, kappa)
+    linearization = SigmaPoints(rule) if form == "augmented" else MarginalSigmaPoints(rule, form)
+    return KalmanFilter(linearization, update, estimate=TwoStage)
+
+
+def adaptive_two_stage_unscented_kalman_filter(
+    *,
+    update: AbstractUpdate = InnovationScaling(),  # noqa: B008
+    form: str = "bias_free",
+    alpha: float = 1.0,
+    beta: float = 2.0,
+    kappa: float = 0.0,
+) -> KalmanFilter:
+    """The two-stage unscented filter whose noise is scaled within the step until it explains the innovations.
+
+    Args:
+        update: the scaling; give it the largest possible biases as `bounds`.
+        form: as for `two_stage_unscented_kalman_filter`.
+        alpha: spread of the points.
+        beta: 2 is best for Gaussian states.
+        kappa: secondary scaling.
+
+    Source: Chen et al. (2019), Acta Aeronaut. Astronaut. Sin. 40(5):322551; Hajiyev and Soken (2013).
+    """
+    return two_stage_unscented_kalman_filter(form=form, alpha=alpha, beta=beta, kappa=kappa, update=update)

@@ -1,6 +1,17 @@
 """Whole jobs, from a configuration file to results on disk: what the command line calls."""
 
 from .estimate import EstimateJob, estimate, state_rows
+from .faults import FaultFindings, fault_rows_of
 from .starter import write_starter
+from .study import StudyJob, run_study
 
-__all__ = ["EstimateJob", "estimate", "state_rows", "write_starter"]
+__all__ = [
+    "EstimateJob",
+    "FaultFindings",
+    "StudyJob",
+    "estimate",
+    "fault_rows_of",
+    "run_study",
+    "state_rows",
+    "write_starter",
+]

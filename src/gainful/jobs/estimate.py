@@ -12,7 +12,16 @@ from typing import Any
 
 import jax
 
-from ..config import EstimateConfig, build_filter, build_model, build_prior, dump_part, load_config
+from ..config import (
+    EstimateConfig,
+    build_faults,
+    build_filter,
+    build_injections,
+    build_model,
+    build_prior,
+    dump_part,
+    load_config,
+)
 from ..diagnostics import Verdict, coverage, rmse, verdict
 from ..io import check_folder, read_log, whole_folder
 from ..report import Table, write_report
@@ -20,6 +29,7 @@ from ..report.trajectory import position_pairs
 from ..running import Log, Result, run, smooth
 from ..spaces import AbstractSpace, Quaternion
 from ..version import __version__
+from .faults import FaultFindings, fault_rows_of, find_faults
 
 ARCSECONDS = 180.0 / math.pi * 3600.0
 """Per radian."""
@@ -35,6 +45,7 @@ class EstimateJob:
         result: the filter's, or the smoother's where the configuration asks for it.
         verdict: whether its numbers can be believed.
         folder: where the results lie, or None if nothing was written.
+        faults: what was found of the faults, if any were looked for.
     """
 
     title: str
@@ -42,6 +53,7 @@ class EstimateJob:
     result: Result
     verdict: Verdict
     folder: Path | None
+    faults: FaultFindings | None = None
 
     @property
     def timing(self) -> tuple[float, float]:
@@ -72,10 +84,10 @@ def estimate(
     """
     path = Path(path)
     config = load_config(path)
-    model = build_model(config.model, path.parent)
+    model = build_faults(config, build_model(config.model, path.parent))
     prior = build_prior(config, model)
     chosen = build_filter(config)
-    log = read_log(model, config.data, path.parent)
+    log = build_injections(config, read_log(model, config.data, path.parent), model)
     if folder is not None:
         check_folder(Path(folder))
     if started is not None:
@@ -83,8 +95,9 @@ def estimate(
     result = run(chosen, model, prior, log, throw=config.options.throw, progress=progress)
     if config.options.smooth:
         result = smooth(result)
+    found = find_faults(config, result) if config.faults is not None else None
     job = EstimateJob(
-        config.title or path.stem, config, result, verdict(result), None if folder is None else Path(folder)
+        config.title or path.stem, config, result, verdict(result), None if folder is None else Path(folder), found
     )
     if job.folder is not None:
         _write(job, path)
@@ -146,6 +159,8 @@ def _facts(job: EstimateJob, path: Path) -> list[tuple[str, str]]:
         ("Time", f"{compiling:.2f} s compiling, {running:.3f} s running"),
         ("Made with", f"gainful {__version__}, JAX {jax.__version__}, Python {sys.version.split()[0]}"),
     ]
+    if job.faults is not None:
+        facts += [("Isolability", job.faults.isolability), ("Alarm above", job.faults.limit)]
     facts += [(name[0].upper() + name[1:], str(count)) for name, count in result.log.counts.items()]
     return facts
 
@@ -154,6 +169,10 @@ def _write(job: EstimateJob, path: Path) -> None:
     assert job.folder is not None
     result = job.result
     heads, rows = state_rows(job)
+    tables = [Table("States", tuple(heads), tuple(tuple(row) for row in rows))]
+    if job.faults is not None:
+        fault_heads, fault_rows = fault_rows_of(job.faults)
+        tables.append(Table("Faults", tuple(fault_heads), tuple(tuple(row) for row in fault_rows)))
     attributes = {
         "title": job.title,
         "gainful_version": __version__,
@@ -176,7 +195,7 @@ def _write(job: EstimateJob, path: Path) -> None:
             facts=_facts(job, path),
             verdict=str(job.verdict),
             judgement=judgement,  # type: ignore[arg-type]  # one of the three words
-            tables=[Table("States", tuple(heads), tuple(tuple(row) for row in rows))],
+            tables=tables,
         )
 
 

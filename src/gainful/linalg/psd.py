@@ -39,6 +39,8 @@ def root_and_inverse(
 def _eliminate(matrix: Array, *, inverse: bool) -> tuple[Array, Array, Array]:
     """Gauss elimination of `[P | I]`, which turns into `[L^T | L^-1]` row by row."""
     n = matrix.shape[0]
+    if n == 0:
+        return matrix, matrix, jnp.array(True)
     tolerance = 8 * n * jnp.finfo(matrix.dtype).eps * jnp.abs(jnp.diagonal(matrix))
     if n > UNROLL_LIMIT:
         lower, valid = _root_lapack(matrix, tolerance)
@@ -72,14 +74,11 @@ def _root_lapack(
     return jax.lax.cond(jnp.all(jnp.isfinite(definite)), lambda: (definite, jnp.array(True)), lambda: semidefinite())
 
 
-def _guarded_reciprocal(pivot: Array) -> Array:
-    zero = pivot == 0
-    return jnp.where(zero, 0.0, 1.0 / jnp.where(zero, 1.0, pivot))
-
-
 def inverse_lower(lower: Float[Array, "n n"]) -> Float[Array, "n n"]:
     """`L^-1` of a lower-triangular matrix; rows of zero pivots come out zero."""
     n = lower.shape[0]
+    if n == 0:
+        return lower
     identity = jnp.eye(n, dtype=lower.dtype)
     if n > UNROLL_LIMIT:
         pivots = jnp.diagonal(lower)

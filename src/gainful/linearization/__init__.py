@@ -1,6 +1,7 @@
 """Linearizations: from a function and an estimate to an affine map."""
 
 from .base import AbstractLinearization
+from .marginal_sigma_points import MarginalSigmaPoints
 from .rules import AbstractRule, Cubature, GaussHermite, Unscented
 from .sigma_points import SigmaPoints
 from .taylor import Taylor
@@ -10,6 +11,7 @@ __all__ = [
     "AbstractRule",
     "Cubature",
     "GaussHermite",
+    "MarginalSigmaPoints",
     "SigmaPoints",
     "Taylor",
     "Unscented",

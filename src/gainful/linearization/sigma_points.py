@@ -46,21 +46,37 @@ class SigmaPoints(AbstractLinearization):
     ) -> Affine:
         at, space = estimate.mean, estimate.space
         factor, inverse = estimate.roots
-        unit, mean_weights, cov_weights = self.rule.points(space.dof)
-        order = np.argsort(cov_weights >= 0, kind="stable")  # negative weights first
-        unit, mean_weights, cov_weights = unit[:, order], mean_weights[order], cov_weights[order]
-        xi = jnp.asarray(unit, at.dtype)
-        points = jax.vmap(space.plus, in_axes=(None, 1))(at, product(factor, xi))
-        images = jax.vmap(fn)(points)
-        value, spread = _mean_and_spread(images, mean_weights, out_space, int(np.argmin((unit**2).sum(axis=0))))
-        # cov(y, x) = M L^T with M = sum w y_i xi_i^T, so A = M L^-1 and no covariance is inverted.
-        slope = product(spread, jnp.asarray(unit.T * cov_weights[:, None], at.dtype))
-        matrix = product(slope, inverse)
-        left = spread - product(slope, xi)
-        left = left * jnp.asarray(np.sqrt(np.abs(cov_weights)), at.dtype)
-        deficit, error = jnp.split(left, [int(np.sum(cov_weights < 0))], axis=1)
+        rule = self.rule.points(space.dof)
+        points = jax.vmap(space.plus, in_axes=(None, 1))(at, product(factor, jnp.asarray(rule[0], at.dtype)))
+        value, slope, left = regression(jax.vmap(fn)(points), rule, out_space)
+        deficit, error = signed_columns(left, rule[2])
         noise = jnp.zeros((out_space.dof, out_space.dof), at.dtype)
-        return Affine(value, matrix, at, noise, error, deficit, space, out_space)
+        return Affine(value, product(slope, inverse), at, noise, error, deficit, space, out_space)
+
+
+def regression(
+    images: Float[Array, "k size"], rule: tuple[np.ndarray, np.ndarray, np.ndarray], space: AbstractSpace
+) -> tuple[Float[Array, " size"], Float[Array, "dof n"], Float[Array, "dof k"]]:
+    """The mean of the images, their slope over the unit points `xi`, and what the slope leaves of each.
+
+    `cov(y, x) = M L^T` with `M = sum w y_i xi_i^T`, so the slope over `x` is `M L^-1` and no covariance is inverted.
+    """
+    unit, mean_weights, cov_weights = rule
+    value, spread = _mean_and_spread(images, mean_weights, space, int(np.argmin((unit**2).sum(axis=0))))
+    slope = product(spread, jnp.asarray(unit.T * cov_weights[:, None], images.dtype))
+    return value, slope, spread - product(slope, jnp.asarray(unit, images.dtype))
+
+
+def signed_columns(
+    columns: Float[Array, "dof k"], weights: np.ndarray
+) -> tuple[Float[Array, "dof j"], Float[Array, "dof i"]]:
+    """Columns times the roots of their weights: those of negative weight, then the others."""
+    order = np.argsort(weights >= 0, kind="stable")
+    if (order != np.arange(len(order))).any():
+        columns = columns[:, order]
+    scaled = columns * jnp.asarray(np.sqrt(np.abs(weights[order])), columns.dtype)
+    negative, positive = jnp.split(scaled, [int(np.sum(weights < 0))], axis=1)
+    return negative, positive
 
 
 def _mean_and_spread(

@@ -20,6 +20,7 @@ from ..models import AbstractModel, Instant, Sample
 from ..running.checks import check_parts
 from ..running.compiled import Frozen
 from ..running.log import fill_missing
+from .packing import Packed, pack, unpack
 
 _STATUSES = tuple(Status)
 _NO_INPUTS = np.zeros(0)
@@ -114,10 +115,11 @@ class OnlineFilter:
             raise DataError(f"max_step: expected a time above 0 s, got {max_step!r}")
         self._model, self._time, self._max_step, self._throw = model, start, max_step, throw
         carry = eqx.filter_jit(estimator.init)(model, prior)
-        # Bare tuples of arrays go in and round; what holds them together is part of the program.
-        self._arrays, parts = _taken_apart((estimator, model))
-        self._carry, memory = _taken_apart(carry)
-        self._frozen, self._dtype = Frozen((parts, memory)), prior.mean.dtype
+        # Few arrays go in and round; what they stand for is part of the program.
+        self._dtype = prior.mean.dtype
+        self._arrays, parts = pack((estimator, model), self._dtype)
+        self._carry, memory = pack(carry, self._dtype)
+        self._frozen = Frozen((parts, memory))
         self._sizes = (len(model.inputs), model.output.size)
         # Read once: attribute access on a module costs as much as the rest of a push.
         self._names, self._dof = model.space.names, model.space.dof
@@ -197,18 +199,6 @@ class OnlineFilter:
         return point[0], known[0]
 
 
-def _taken_apart(tree: Any) -> tuple[tuple[Array, ...], tuple[Any, Any]]:
-    """The arrays of a tree, and what is left of it without them."""
-    arrays, rest = eqx.partition(tree, eqx.is_array)
-    leaves, structure = jax.tree.flatten(arrays)
-    return tuple(jnp.asarray(leaf) for leaf in leaves), (structure, rest)
-
-
-def _put_together(leaves: tuple[Array, ...], left: tuple[Any, Any]) -> Any:
-    structure, rest = left
-    return eqx.combine(jax.tree.unflatten(structure, leaves), rest)
-
-
 # Every operation taken out of the loop would be started by itself.
 @functools.partial(
     jax.jit,
@@ -216,23 +206,23 @@ def _put_together(leaves: tuple[Array, ...], left: tuple[Any, Any]) -> Any:
     compiler_options={"xla_disable_hlo_passes": "while-loop-invariant-code-motion"},
 )
 def _packed_step(
-    frozen: Frozen, sizes: tuple[int, int], arrays: tuple[Array, ...], carry: tuple[Array, ...], packed: Array
-) -> tuple[tuple[Array, ...], Array]:
+    frozen: Frozen, sizes: tuple[int, int], arrays: Packed, carry: Packed, packed: Array
+) -> tuple[Packed, Array]:
     parts, memory = frozen.tree
-    estimator, model = _put_together(arrays, parts)
+    estimator, model = unpack(arrays, parts)
     inputs, outputs = sizes
 
-    def piece(k: Array, held: tuple[tuple[Array, ...], Array]) -> tuple[tuple[Array, ...], Array]:
+    def piece(k: Array, held: tuple[Packed, Array]) -> tuple[Packed, Array]:
         last, t, pieces = packed[0], packed[1], packed[2]
         u, y, seen = jnp.split(packed[3:], [inputs, inputs + outputs])
         dt = (t - last) / pieces
         # The measurement belongs to the end of the last piece.
         final = k + 1 == pieces
         sample = Sample(Instant(jnp.where(final, t, last + (k + 1) * dt), dt, u), y, (seen > 0.5) & final)
-        after, info = estimator.step(model, _put_together(held[0], memory), sample)
+        after, info = estimator.step(model, unpack(held[0], memory), sample)
         estimate = info.estimate
         report = [estimate.mean, estimate.cov.ravel(), info.nis[None], info.weight, info.status[None]]
-        return _taken_apart(after)[0], jnp.concatenate([part.astype(packed.dtype) for part in report])
+        return pack(after, packed.dtype)[0], jnp.concatenate([part.astype(packed.dtype) for part in report])
 
     # A loop even where there is one piece: XLA compiles a loop into one function.
     size = model.space.size + model.space.dof**2 + 1 + model.output.dof + 1

@@ -149,7 +149,7 @@ def augment(
         base=model,
         extra=extra,
         walk=jnp.asarray(walks),
-        space=Product([model.space, extra]),
+        space=Product([model.space, extra], added=model.space.added + extra.dof),
         output=model.output,
         inputs=model.inputs,
         input_units=model.input_units,

@@ -139,7 +139,8 @@ def as_point(value: Any, size: int, dtype: Any, role: str) -> Float[Array, " siz
     try:
         array = jnp.asarray(value)
     except (TypeError, ValueError) as problem:
-        raise ModelError(f"{role}: expected numbers, {size} of them, got {value!r}") from problem
+        count = "1 number" if size == 1 else f"{size} numbers"
+        raise ModelError(f"{role}: expected {count}, got {value!r}") from problem
     if jnp.iscomplexobj(array):
         raise ModelError(f"{role}: expected real numbers, got complex ones")
     array = array.astype(dtype)

@@ -2,5 +2,6 @@
 
 from .base import AbstractNoise
 from .nominal import Nominal
+from .scaled import Scaled
 
-__all__ = ["AbstractNoise", "Nominal"]
+__all__ = ["AbstractNoise", "Nominal", "Scaled"]

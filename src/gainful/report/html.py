@@ -2,27 +2,20 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
-import itertools
 import math
 import os
 from collections.abc import Sequence
-from importlib import resources
 from pathlib import Path
 from typing import Any, Literal
 
-import jinja2
 import numpy as np
-import plotly.io
-import plotly.offline
-from markupsafe import Markup
 
 from ..errors import ConfigError, Status
 from ..running import Result
 from .figures import figures_of
 from .innovations import innovations_of
-from .panels import FONT, Section
+from .page import page_text, write_page
 
 Judgement = Literal["good", "bad", "unknown"]
 """What a verdict comes to."""
@@ -90,9 +83,7 @@ def write_report(
     if judgement not in _WORDS:
         raise ConfigError(f"judgement: expected one of {', '.join(map(repr, _WORDS))}, got {judgement!r}")
     path = Path(path)
-    text = _page(result, title, facts, verdict, judgement, tables)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    _replace(path, text)
+    write_page(path, _page(result, title, facts, verdict, judgement, tables))
     return path
 
 
@@ -103,18 +94,6 @@ def _told_by(verdict: str) -> Judgement:
     return "unknown"
 
 
-def _replace(path: Path, text: str) -> None:
-    """Write beside the file, then put it in its place in one step."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        temporary.write_text(text, encoding="utf-8")
-        os.replace(temporary, path)
-    except BaseException:
-        with contextlib.suppress(OSError):
-            temporary.unlink()
-        raise
-
-
 def _page(
     result: Result,
     title: str,
@@ -123,20 +102,14 @@ def _page(
     judgement: Judgement,
     tables: Sequence[Table],
 ) -> str:
-    here = resources.files("gainful.report")
-    environment = jinja2.Environment(
-        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    environment.filters |= {"cell": cell, "unbroken": lambda text: text.replace(" %", "\N{NO-BREAK SPACE}%")}
-    template = environment.from_string(here.joinpath("template.html.jinja").read_text(encoding="utf-8"))
-    sections = itertools.groupby(figures_of(result), lambda section: section.title)
-    groups = [(head, list(group)) for head, group in sections]
     mark, word = _WORDS[judgement]
     # The badge says the verdict's first word already.
     head, _, rest = verdict.partition(": ")
     if rest and head.lower() == word.lower():
         verdict = rest[0].upper() + rest[1:]
-    return template.render(
+    return page_text(
+        "estimation",
+        figures_of(result),
         title=title,
         facts=facts,
         verdict=verdict,
@@ -146,33 +119,7 @@ def _page(
         counts=counts_line(result),
         warnings=result.warnings,
         tables=[*tables, measurement_table(result)],
-        groups=groups,
-        anchor=lambda text: "section-" + "".join(c if c.isalnum() else "-" for c in text.lower()),
-        figure=_figure_data,
-        font=Markup(FONT),
-        css=Markup(here.joinpath("report.css").read_text(encoding="utf-8")),
-        script=Markup(here.joinpath("report.js").read_text(encoding="utf-8")),
-        plotly=Markup(plotly.offline.get_plotlyjs()),
     )
-
-
-def _figure_data(section: Section) -> Markup:
-    """A figure as JSON that cannot end the script element it stands in."""
-    text = plotly.io.to_json(section.figure, validate=False)
-    assert text is not None
-    return Markup(text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026"))
-
-
-def cell(value: Any) -> str:
-    """A table's cell in words: numbers to four digits, whole numbers with their thousands apart, a dash for none."""
-    if value is None or (isinstance(value, float) and math.isnan(value)):
-        return "\N{EN DASH}"
-    if isinstance(value, (str, bool)):
-        return str(value)
-    if isinstance(value, int):
-        return f"{value:,}"
-    number = float(value)
-    return f"{number:,.0f}" if 1e4 <= abs(number) < 1e7 else f"{number:.4g}"
 
 
 def counts_line(result: Result) -> str:

@@ -190,7 +190,7 @@ def nis_sections(result: Result, found: Innovations, limit: int) -> list[Section
     add_line(figure, 1, times, middle, f"mean of {window} rows", color=BLACK, width=1.8)
     top = 1.6 * max(np.quantile(single, 0.999), mean.max(), high.max())
     figure.update_yaxes(type="log", range=[-2, np.log10(top)], dtick=1, exponentformat="none", row=1, col=1)
-    figure.update_layout(height=figure.layout.height + 40)
+    figure.update_layout(height=cast("Any", figure.layout).height + 40)
     caption = (
         "Normalised innovation squared over the number of measured components: 1 on average if Q and R are right. "
         "A mean above its bounds says the filter is too sure of itself, below them too modest. "

@@ -15,6 +15,7 @@ from .series import compact
 
 # Okabe and Ito (2008), told apart with every kind of colour vision; lines differ in style as well.
 BLUE, SKY, ORANGE, VERMILLION, BLACK = "#0072B2", "#56B4E9", "#E69F00", "#D55E00", "#1a1a1a"
+GREEN, PURPLE = "#009E73", "#CC79A7"
 GREY, GRID, INK = "#6b7280", "#e8eaed", "#374151"
 SHADE = "rgba(0,114,178,0.16)"
 PALE = "rgba(107,114,128,0.14)"

@@ -1,15 +1,25 @@
-"""Running estimators along records."""
+"""Running estimators along records, and plants in closed loops."""
 
 from .log import Log, make_log, split_long_steps
+from .loop import Observer, Rates, Simulated
+from .plant import AbstractController, AbstractPlant, Reading
 from .prior import make_prior
 from .result import Result, Timing
 from .run import log_likelihood, run, run_many, samples_of, scan
 from .simulate import draw, draw_log
 from .smooth import smooth
 
+from .closed_loop import simulate  # isort: skip  # after the module of the same name
+
 __all__ = [
+    "AbstractController",
+    "AbstractPlant",
     "Log",
+    "Observer",
+    "Rates",
+    "Reading",
     "Result",
+    "Simulated",
     "Timing",
     "draw",
     "draw_log",
@@ -20,6 +30,7 @@ __all__ = [
     "run_many",
     "samples_of",
     "scan",
+    "simulate",
     "smooth",
     "split_long_steps",
 ]

@@ -8,11 +8,11 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import Array
 
-from ..errors import ModelError
+from ..errors import ModelError, Status
 from ..estimates import AbstractEstimate
 from ..filters import Carry, KalmanFilter
-from ..filters.kalman import transition_map
 from ..models import AbstractModel, Sample
 from .compiled import compiled_call
 from .result import Result, Timing
@@ -50,20 +50,29 @@ def smooth(result: Result) -> Result:
     samples = samples_of(result.log, result.prior.mean.dtype)
     begin = time.perf_counter()
     parts = (result.estimator, result.model)
-    estimates, compile_seconds = compiled_call(_smooth, parts, (result.estimates, result.memories), samples)
+    counted = jnp.isin(jnp.asarray(result.status), jnp.asarray([Status.ok, Status.rejected]))
+    filtered = (result.estimates, result.memories)
+    estimates, compile_seconds = compiled_call(_smooth, parts, filtered, counted, samples)
     estimates = jax.block_until_ready(estimates)
     timing = Timing(compile_seconds, time.perf_counter() - begin - compile_seconds)
     return dataclasses.replace(result, estimates=estimates, timing=timing, filtered=result)
 
 
 def _smooth(
-    parts: tuple[KalmanFilter, AbstractModel], filtered: tuple[AbstractEstimate, Any], samples: Sample
+    parts: tuple[KalmanFilter, AbstractModel],
+    filtered: tuple[AbstractEstimate, Any],
+    counted: Array,
+    samples: Sample,
 ) -> AbstractEstimate:
     estimator, model = parts
 
-    def backward(future: AbstractEstimate, row: tuple[AbstractEstimate, Any, Sample]) -> tuple[Any, Any]:
-        estimate, memory, following = row
-        affine = transition_map(estimator, model, Carry(estimate, *memory), following)
+    def backward(future: AbstractEstimate, row: tuple[AbstractEstimate, Any, Sample, Any]) -> tuple[Any, Any]:
+        estimate, memory, following, (remembered, counted) = row
+        carry = Carry(estimate, *memory)
+        affine = estimator.transition_map(model, carry, following)
+        process = estimator.process_noise(model, carry, following)
+        extra = estimator.update.added(remembered[0], estimate.push(affine), process)
+        affine = affine if extra is None else affine.plus_noise(jnp.where(counted, extra, 0.0))
         revised = estimate.revise(affine, future)
         # Across a step whose map is not finite the filter kept its last estimate, and nothing later speaks of this one.
         crossed = jnp.all(jnp.stack([jnp.all(jnp.isfinite(leaf)) for leaf in jax.tree.leaves(affine)]))
@@ -72,6 +81,6 @@ def _smooth(
 
     last = jax.tree.map(lambda values: values[-1], filtered[0])
     estimates, memories = jax.tree.map(lambda values: values[:-1], filtered)
-    following = jax.tree.map(lambda values: values[1:], samples)
-    _, smoothed = jax.lax.scan(backward, last, (estimates, memories, following), reverse=True)
+    following, remembered = jax.tree.map(lambda values: values[1:], (samples, (filtered[1], counted)))
+    _, smoothed = jax.lax.scan(backward, last, (estimates, memories, following, remembered), reverse=True)
     return jax.tree.map(lambda body, end: jnp.concatenate([body, end[None]]), smoothed, last)

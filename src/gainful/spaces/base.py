@@ -34,6 +34,11 @@ class AbstractSpace(eqx.Module):
         return len(self.tangent_names)
 
     @property
+    def added(self) -> int:
+        """How many of the last degrees of freedom were added to a model: parameters, biases, faults."""
+        return 0
+
+    @property
     @abc.abstractmethod
     def curved(self) -> bool:
         """Whether the mean of points needs iteration (rotations)."""

@@ -15,6 +15,10 @@ from .euclidean import Euclidean
 class Product(AbstractSpace):
     """Points of several spaces, concatenated in order; neighbouring plain vectors are merged.
 
+    Args:
+        spaces: in order.
+        added: how many of the last degrees of freedom a model was extended by.
+
     Example:
         >>> from gainful.spaces import Circle
         >>> Product((Euclidean(("x", "y")), Circle("heading"))).names
@@ -26,8 +30,9 @@ class Product(AbstractSpace):
     tangent_names: tuple[str, ...] = eqx.field(static=True)
     tangent_units: tuple[str, ...] = eqx.field(static=True)
     members: tuple[AbstractSpace, ...]
+    _added: int = eqx.field(static=True)
 
-    def __init__(self, spaces: Sequence[AbstractSpace]) -> None:
+    def __init__(self, spaces: Sequence[AbstractSpace], *, added: int = 0) -> None:
         merged: list[AbstractSpace] = []
         for part in (part for space in spaces for part in space.parts):
             last = merged[-1] if merged else None
@@ -36,10 +41,15 @@ class Product(AbstractSpace):
             else:
                 merged.append(part)
         self.members = tuple(merged)
+        self._added = added
         self.names = tuple(name for part in merged for name in part.names)
         self.units = tuple(unit for part in merged for unit in part.units)
         self.tangent_names = tuple(name for part in merged for name in part.tangent_names)
         self.tangent_units = tuple(unit for part in merged for unit in part.tangent_units)
+
+    @property
+    def added(self) -> int:
+        return self._added
 
     @property
     def curved(self) -> bool:

@@ -76,6 +76,9 @@ def _learn(
 ) -> Any:
     when = instant(model)
     used = noise.measurement(memory, r)
-    likelihood = Likelihood(lambda x: model.observe(x, when), model.output, used, seen, model.sensors, Taylor())
+    process = noise.process(memory, model.process_noise(prior.mean, when))
+    likelihood = Likelihood(
+        lambda x: model.observe(x, when), model.output, used, seen, process, model.sensors, Taylor()
+    )
     update: Update = Exact()(None, prior, likelihood, y)[1]
     return noise.learn(memory, update)

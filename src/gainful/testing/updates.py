@@ -70,7 +70,10 @@ def _act(
 ) -> tuple[Any, Any]:
     when = instant(model)
     noise = model.measurement_noise(prior.mean, when)
-    likelihood = Likelihood(lambda x: model.observe(x, when), model.output, noise, seen, model.sensors, Taylor())
+    process = model.process_noise(prior.mean, when)
+    likelihood = Likelihood(
+        lambda x: model.observe(x, when), model.output, noise, seen, process, model.sensors, Taylor()
+    )
     return update(memory, prior, likelihood, y)
 
 

@@ -23,6 +23,7 @@ class Likelihood(eqx.Module):
         output: space of the measurement.
         noise: covariance of the measurement noise (m, m).
         seen: which components were measured (m,).
+        process: process noise of the interval, as it is in the prior (dof, dof).
         sensors: name and degrees of freedom of each sensor.
         linearization: turns `fn` into an affine map.
         around: where to linearise; at the prior if None.
@@ -32,6 +33,7 @@ class Likelihood(eqx.Module):
     output: AbstractSpace
     noise: Float[Array, "m m"]
     seen: Bool[Array, " m"]
+    process: Float[Array, "dof dof"]
     sensors: tuple[tuple[str, int], ...] = eqx.field(static=True)
     linearization: AbstractLinearization
     around: AbstractEstimate | None = None
@@ -85,3 +87,12 @@ class AbstractUpdate(eqx.Module):
         self, carry: Any, prior: AbstractEstimate, likelihood: Likelihood, y: Float[Array, " output_size"]
     ) -> tuple[Any, Update]:
         """The update, and what it remembers afterwards."""
+
+    def added(
+        self, carry: Any, prior: AbstractEstimate, process: Float[Array, "dof dof"]
+    ) -> Float[Array, "dof dof"] | None:
+        """Process noise it put into the prior within the step, given what it remembers after it; None if it never does.
+
+        The smoother asks for it: what was added before the update belongs to the map that led there.
+        """
+        return None

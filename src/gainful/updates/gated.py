@@ -43,6 +43,11 @@ class Gated(AbstractUpdate):
     def init(self, model: AbstractModel) -> tuple[Int[Array, " sensors"], object]:
         return jnp.zeros(len(model.sensors), jnp.int32), self.inner.init(model)
 
+    def added(
+        self, carry: tuple[Int[Array, " sensors"], object], prior: AbstractEstimate, process: Float[Array, "dof dof"]
+    ) -> Float[Array, "dof dof"] | None:
+        return self.inner.added(carry[1], prior, process)
+
     def __call__(
         self,
         carry: tuple[Int[Array, " sensors"], object],

@@ -1,0 +1,142 @@
+"""How the attitude of a spacecraft is written in its state and in the readings of its star tracker."""
+
+import abc
+from typing import Literal
+
+import equinox as eqx
+from jaxtyping import Array, Float
+
+from ..control import AbstractAttitudeReference
+from ..errors import ModelError, did_you_mean
+from ..spaces import AbstractSpace, make_space, quaternion_conjugate, quaternion_multiply
+from .euler312 import dcm_to_euler312, euler312_rates, euler312_to_dcm, quaternion_to_dcm
+from .targets import AbstractTarget
+
+
+class AbstractAttitudeForm(AbstractAttitudeReference):
+    """An attitude in numbers, from and to the quaternion `q` from body axes to inertial axes.
+
+    It is also the reference of a tracking law, which reads attitudes in this form.
+
+    Attributes:
+        target: the attitude to follow.
+    """
+
+    target: eqx.AbstractVar[AbstractTarget]
+
+    @abc.abstractmethod
+    def space(self, prefix: str = "") -> AbstractSpace:
+        """Where the numbers live, their names led by `prefix`."""
+
+    @abc.abstractmethod
+    def written(self, q: Float[Array, "4"], t: Float[Array, ""]) -> Float[Array, " size"]:
+        """The numbers of a quaternion."""
+
+    @abc.abstractmethod
+    def rates(self, w: Float[Array, "3"], attitude: Float[Array, " size"], t: Float[Array, ""]) -> Float[Array, "3"]:
+        """How the attitude changes while the body turns at `w` [rad/s], as `space.velocity` takes it."""
+
+    def target_rate(self, t: Float[Array, ""]) -> Float[Array, "3"]:
+        return self.target.rate(t)
+
+    def target_acceleration(self, t: Float[Array, ""]) -> Float[Array, "3"]:
+        return self.target.acceleration(t)
+
+
+class TargetAngles(AbstractAttitudeForm):
+    """3-1-2 angles of the body relative to the target: small while the target is followed.
+
+    Attributes:
+        target: the attitude to follow.
+    """
+
+    target: AbstractTarget
+
+    def space(self, prefix: str = "") -> AbstractSpace:
+        return _angles(prefix)
+
+    def written(self, q: Float[Array, "4"], t: Float[Array, ""]) -> Float[Array, "3"]:
+        return _angles_between(q, self.target.attitude(t))
+
+    def rates(self, w: Float[Array, "3"], attitude: Float[Array, "3"], t: Float[Array, ""]) -> Float[Array, "3"]:
+        return euler312_rates(attitude) @ (w - euler312_to_dcm(attitude) @ self.target.rate(t))
+
+    def tracking_error(self, attitude: Float[Array, "3"], t: Float[Array, ""]) -> tuple[Array, Array]:
+        return attitude, euler312_to_dcm(attitude)
+
+
+class OrbitAngles(AbstractAttitudeForm):
+    """3-1-2 angles of the body relative to orbit axes.
+
+    Attributes:
+        target: the attitude to follow.
+    """
+
+    target: AbstractTarget
+
+    def space(self, prefix: str = "") -> AbstractSpace:
+        return _angles(prefix)
+
+    def written(self, q: Float[Array, "4"], t: Float[Array, ""]) -> Float[Array, "3"]:
+        return _angles_between(q, self.target.orbit(t))
+
+    def rates(self, w: Float[Array, "3"], attitude: Float[Array, "3"], t: Float[Array, ""]) -> Float[Array, "3"]:
+        return euler312_rates(attitude) @ (w - euler312_to_dcm(attitude) @ self.target.orbit_rate)
+
+    def tracking_error(self, attitude: Float[Array, "3"], t: Float[Array, ""]) -> tuple[Array, Array]:
+        return _error(euler312_to_dcm(attitude) @ euler312_to_dcm(self.target.angles(t)).T)
+
+
+class InertialQuaternion(AbstractAttitudeForm):
+    """The quaternion from body axes to inertial axes: no attitude is singular.
+
+    Attributes:
+        target: the attitude to follow.
+    """
+
+    target: AbstractTarget
+
+    def space(self, prefix: str = "") -> AbstractSpace:
+        return make_space({f"{prefix}attitude": "quaternion"})
+
+    def written(self, q: Float[Array, "4"], t: Float[Array, ""]) -> Float[Array, "4"]:
+        return q
+
+    def rates(self, w: Float[Array, "3"], attitude: Float[Array, "4"], t: Float[Array, ""]) -> Float[Array, "3"]:
+        return w
+
+    def tracking_error(self, attitude: Float[Array, "4"], t: Float[Array, ""]) -> tuple[Array, Array]:
+        return _error(quaternion_to_dcm(_relative(attitude, self.target.attitude(t))))
+
+
+AttitudeName = Literal["target", "orbit", "quaternion"]
+"""What a form is called where models are configured."""
+
+FORMS: dict[str, type[AbstractAttitudeForm]] = {
+    "target": TargetAngles,
+    "orbit": OrbitAngles,
+    "quaternion": InertialQuaternion,
+}
+
+
+def attitude_form(name: str, target: AbstractTarget) -> AbstractAttitudeForm:
+    """The form of a name: angles relative to the "target" or the "orbit", or the inertial "quaternion"."""
+    if name not in FORMS:
+        raise ModelError(f"attitude: {name!r} is not known; {did_you_mean(name, FORMS)}")
+    return FORMS[name](target)  # type: ignore[call-arg]
+
+
+def _angles(prefix: str) -> AbstractSpace:
+    return make_space({f"{prefix}{name}": "angle" for name in ("phi", "theta", "psi")})
+
+
+def _relative(q: Array, reference: Array) -> Array:
+    return quaternion_multiply(quaternion_conjugate(reference), q)
+
+
+def _angles_between(q: Array, reference: Array) -> Array:
+    return dcm_to_euler312(quaternion_to_dcm(_relative(q, reference)))
+
+
+def _error(to_body: Array) -> tuple[Array, Array]:
+    return dcm_to_euler312(to_body), to_body

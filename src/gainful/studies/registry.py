@@ -1,0 +1,43 @@
+"""Studies by the name the command line knows them by."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+
+from ..errors import ConfigError, did_you_mean
+from .base import Study
+
+
+@dataclasses.dataclass(frozen=True)
+class Entry:
+    """Where a study is made; nothing of it is imported before it is wanted.
+
+    Attributes:
+        summary: one line for the list of studies.
+        place: "module:function", the function returning the `Study`.
+    """
+
+    summary: str
+    place: str
+
+
+STUDIES: dict[str, Entry] = {
+    "two-stage-fault-estimation": Entry(
+        "faults of a spacecraft's wheels and gyro by (adaptive) two-stage unscented filters",
+        "gainful.studies.two_stage_fault_estimation:study",
+    ),
+}
+"""The studies there are; `STUDIES[name] = Entry(...)` adds another."""
+
+
+def find_study(name: str) -> Study:
+    """The study of a name.
+
+    Raises:
+        ConfigError: there is none of that name.
+    """
+    if name not in STUDIES:
+        raise ConfigError(f"{name!r} is not a study; {did_you_mean(name, STUDIES)}")
+    module, _, function = STUDIES[name].place.partition(":")
+    return getattr(importlib.import_module(module), function)()

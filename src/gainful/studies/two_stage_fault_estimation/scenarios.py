@@ -1,0 +1,162 @@
+"""The three faults of the experiment, and the flights in which they happen."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ...estimates import Gaussian
+from ...faults import Fault, actuator_offset, loss_of_effectiveness, sensor_bias, with_faults
+from ...faults.modelling import FaultModel
+from ...models import Instant, Sample
+from ...models.base import block_diagonal
+from ...plants import RigidSpacecraft, fly, spacecraft_model
+from ..experiment import Record
+
+DEGREE = math.pi / 180.0  # rad
+ONSET, END = 50.0, 150.0  # s
+DURATION = 200.0  # s
+STATES = 6
+"""Rates and angles; the faults come after them."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Scenario:
+    """A fault about the x axis, and what the filters believe of faults of its kind about all three.
+
+    Attributes:
+        name: on the command line and in claims.
+        title: for people.
+        kind: of `Fault`.
+        signals: that such a fault may be in, the faulty one first.
+        unit: in which sizes are told.
+        scale: of that unit.
+        size: of the fault, in that unit.
+        walk: published sigma of a fault's change per step, in that unit.
+        sigma: of a fault before the start, in that unit.
+        bound: largest fault thought possible, in that unit.
+        tuned: factor on `walk` with the least error, found on other seeds.
+        jump: sigma of a jump in the tuned bank of two models, in that unit.
+    """
+
+    name: str
+    title: str
+    kind: str
+    signals: tuple[str, str, str]
+    unit: str
+    scale: float
+    size: float
+    walk: float
+    sigma: float
+    bound: float
+    tuned: float
+    jump: float
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the fault states."""
+        return tuple(f"{self.kind}_{signal}" for signal in self.signals)
+
+    def faults(self, factor: float = 1.0) -> list[Fault]:
+        """What the filters believe of the faults, with the published walk times a factor."""
+        make = {"offset": actuator_offset, "loss": loss_of_effectiveness, "bias": sensor_bias}[self.kind]
+        size = self.scale
+        return [
+            make(
+                signal, walk=factor * self.walk * size, sigma=self.sigma * size, bound=self.bound * size, per_step=True
+            )
+            for signal in self.signals
+        ]
+
+    def model(self, factor: float = 1.0) -> FaultModel:
+        """The filters' model, with the published walk times a factor."""
+        return with_faults(spacecraft_model(RigidSpacecraft()), self.faults(factor))
+
+
+TORQUES = ("torque_x", "torque_y", "torque_z")
+GYROS = ("gyro_x", "gyro_y", "gyro_z")
+
+OFFSET = Scenario(
+    "offset", "Wheel torque offset", "offset", TORQUES, "N m", 1.0, 0.03, 2e-5, 1e-3, 0.1, tuned=40.0, jump=0.01
+)
+LOSS = Scenario(
+    "loss", "Loss of wheel effectiveness", "loss", TORQUES, "1", 1.0, 0.5, 2e-4, 1e-2, 1.0, tuned=110.0, jump=0.3
+)
+GYRO = Scenario("gyro", "Gyro bias", "bias", GYROS, "deg/s", DEGREE, 0.1, 2e-7, 1e-3, 1.0, tuned=13000.0, jump=0.05)
+SCENARIOS = (OFFSET, LOSS, GYRO)
+
+
+class _Faulty(eqx.Module):
+    """What becomes of a value whose first component is faulty for a while."""
+
+    size: float
+    relative: bool = eqx.field(static=True)
+
+    def __call__(self, value: Array, t: Array) -> Array:
+        now = (t >= ONSET) & (t < END)
+        change = -self.size * value[0] if self.relative else self.size
+        return value.at[0].add(jnp.where(now, change, 0.0))
+
+
+class Flight(eqx.Module):
+    """From a random key to the record of a flight with a fault; the same noise whatever the fault.
+
+    Attributes:
+        actuator: fault of the wheels, if any.
+        sensor: fault of the sensors, if any.
+        scale: unit of the fault's true size.
+        size: of the fault, in that unit.
+        quiet: whether the flight is without noise and disturbance.
+    """
+
+    actuator: _Faulty | None
+    sensor: _Faulty | None
+    size: float
+    quiet: bool = eqx.field(static=True, default=False)
+
+    def __call__(self, key: Array) -> Record:
+        faults = {}
+        if self.actuator is not None:
+            faults["actuator_fault"] = self.actuator
+        if self.sensor is not None:
+            faults["sensor_fault"] = self.sensor
+        craft = RigidSpacecraft()
+        if self.quiet:
+            craft = RigidSpacecraft(torque_density=0.0, gyro_sigma=0.0, star_tracker_sigma=0.0, disturbance=0.0)
+        flight = fly(craft, key=key, duration=DURATION, **faults)
+        t, y = flight.t, flight.y
+        when = Instant(t[1:], jnp.diff(t), flight.u[1:])
+        present = jnp.where((t >= ONSET) & (t < END), self.size, 0.0)
+        truth = {"t": t[1:], "states": flight.truth[1:], "fault": present[1:], "start": y[0]}
+        return Record(Sample(when, y[1:], jnp.ones(y[1:].shape, bool)), truth)
+
+
+def flight_of(scenario: Scenario, *, quiet: bool = False) -> Flight:
+    """The flight of a scenario."""
+    fault = _Faulty(scenario.size * scenario.scale, scenario.kind == "loss")
+    on_sensor = scenario.kind == "bias"
+    return Flight(None if on_sensor else fault, fault if on_sensor else None, scenario.size, quiet)
+
+
+class StartsAtReading(eqx.Module):
+    """The estimate before the first sample: the reading before it, as uncertain as readings are, and no fault yet."""
+
+    model: FaultModel
+
+    def __call__(self, record: Record) -> Gaussian:
+        start = record.truth["start"]
+        noise = self.model.base.measurement_noise(start, jax.tree.map(lambda leaf: leaf[0], record.samples.when))
+        none = jnp.zeros(len(self.model.sigma))
+        return Gaussian.start(
+            jnp.concatenate([start, none]), block_diagonal([noise, jnp.diag(self.model.sigma**2)]), self.model.space
+        )
+
+
+def selected(t: Float[Array, " T"], start: float, end: float) -> Float[Array, " T"]:
+    """Which rows lie in [start, end)."""
+    return (t >= start) & (t < end)
