@@ -95,10 +95,14 @@ def build_faults(config: EstimateConfig, model: AbstractModel) -> AbstractModel:
     Raises:
         ConfigError: an unknown signal, or a number that is no such size.
     """
-    if config.faults is None:
+    section = config.faults
+    if section is None:
         return model
+    for role, value in (("threshold", section.threshold), ("false_alarms", section.false_alarms)):
+        if value is not None and not (value > 0 and math.isfinite(value)):
+            raise ConfigError(f"faults.{role}: expected a number above 0, got {value!r}")
     with _blamed("faults"):
-        return with_faults(model, [_fault(each) for each in config.faults.states])
+        return with_faults(model, [_fault(each) for each in section.states])
 
 
 def build_injections(config: EstimateConfig, log: Log, model: AbstractModel) -> Log:
