@@ -110,7 +110,7 @@ def observability(
         raise NumericalError("the observability Gramian is not finite: the model diverges from its start; use a window")
     free = scale > 0
     names = tuple(name for name, uncertain in zip(result.model.space.tangent_names, free, strict=True) if uncertain)
-    return _describe(gramian[np.ix_(free, free)], names, least)
+    return describe_directions(gramian[np.ix_(free, free)], names, least)
 
 
 def _gramian(
@@ -137,7 +137,14 @@ def _gramian(
     return jax.lax.scan(step, (jnp.diag(scale), exact), (samples, before, after))[0][1]
 
 
-def _describe(gramian: Float[np.ndarray, "n n"], names: tuple[str, ...], least: float) -> Observability:
+def describe_directions(gramian: Float[np.ndarray, "n n"], names: tuple[str, ...], least: float) -> Observability:
+    """What a Gramian in units of the prior says of some states.
+
+    Args:
+        gramian: information about them in units of the prior's standard deviations (n, n).
+        names: of the states.
+        least: information a direction must have to count as observed.
+    """
     if not names:
         return Observability(names, gramian, np.zeros(0), 0, 1.0, (), (), least)
     values, vectors = np.linalg.eigh(gramian)

@@ -12,7 +12,7 @@ import numpy as np
 import scipy.linalg
 from jaxtyping import Array, Float
 
-from ..diagnostics.observability import LEAST_INFORMATION, Observability, _describe
+from ..diagnostics.observability import LEAST_INFORMATION, Observability, describe_directions
 from ..errors import ConfigError, ShapeError
 from ..estimates import AbstractEstimate, Gaussian
 from ..filters import extended_kalman_filter
@@ -183,7 +183,7 @@ def isolability(
     correlations = _correlations(covs)
     pairs = _pairs(model.fault_names, log.t, correlations, level)
     sigma = np.sqrt(np.maximum(np.diagonal(covs, axis1=1, axis2=2), 0.0))
-    found = _describe(gramian, names, least)
+    found = describe_directions(gramian, names, least)
     return Isolability(model.fault_names, found, log.t, sigma, correlations[-1], pairs, level, result)
 
 
