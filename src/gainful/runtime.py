@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 
 _LOOP_LIMIT = 1 << 20
@@ -26,3 +27,16 @@ def prepare() -> None:
     flags = os.environ.get("XLA_FLAGS", "")
     if "xla_backend_extra_options" not in flags:
         os.environ["XLA_FLAGS"] = f"{flags} --xla_backend_extra_options={_OPTION}={_LOOP_LIMIT}".strip()
+
+
+@functools.cache
+def compiler_options() -> dict[str, str]:
+    """What a program of small loops is compiled with: products stay in the loop, where XLA knows how to be told so."""
+    import jax
+
+    options = {"xla_cpu_experimental_ynn_fusion_type": ""}
+    try:
+        jax.jit(lambda x: x, compiler_options=options).lower(0.0).compile()
+    except (RuntimeError, ValueError):  # an XLA without that library, or without a name for it
+        return {}
+    return options

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import equinox as eqx
@@ -20,6 +20,7 @@ from ..models import AbstractModel, Instant, Sample
 from ..running.checks import check_parts
 from ..running.compiled import Frozen
 from ..running.log import fill_missing
+from ..runtime import compiler_options
 from .packing import Packed, pack, unpack
 
 _STATUSES = tuple(Status)
@@ -120,7 +121,7 @@ class OnlineFilter:
         self._arrays, parts = pack((estimator, model), self._dtype)
         self._carry, memory = pack(carry, self._dtype)
         self._frozen = Frozen((parts, memory))
-        self._sizes = (len(model.inputs), model.output.size)
+        self._sizes, self._program = (len(model.inputs), model.output.size), _program()
         # Read once: attribute access on a module costs as much as the rest of a push.
         self._names, self._dof = model.space.names, model.space.dof
         self._signals, self._inputs = model.output.names, model.inputs
@@ -165,7 +166,7 @@ class OnlineFilter:
         packed = np.empty(3 + inputs + outputs + len(seen), self._dtype)
         packed[:3] = last, t, pieces
         packed[3 : 3 + inputs], packed[3 + inputs : 3 + inputs + outputs], packed[3 + inputs + outputs :] = u, y, seen
-        return _packed_step(self._frozen, self._sizes, self._arrays, self._carry, packed)
+        return self._program(self._frozen, self._sizes, self._arrays, self._carry, packed)
 
     def _given(self, t: float, u: Any) -> np.ndarray:
         inputs = _NO_INPUTS if u is None else np.atleast_1d(np.asarray(u, dtype=float))
@@ -199,12 +200,13 @@ class OnlineFilter:
         return point[0], known[0]
 
 
-# Every operation taken out of the loop would be started by itself.
-@functools.partial(
-    jax.jit,
-    static_argnums=(0, 1),
-    compiler_options={"xla_disable_hlo_passes": "while-loop-invariant-code-motion"},
-)
+@functools.cache
+def _program() -> Callable[..., tuple[Packed, Array]]:
+    # Every operation taken out of the loop would be started by itself.
+    options = {"xla_disable_hlo_passes": "while-loop-invariant-code-motion"} | compiler_options()
+    return jax.jit(_packed_step, static_argnums=(0, 1), compiler_options=options)
+
+
 def _packed_step(
     frozen: Frozen, sizes: tuple[int, int], arrays: Packed, carry: Packed, packed: Array
 ) -> tuple[Packed, Array]:

@@ -9,6 +9,8 @@ from typing import Any
 import equinox as eqx
 import jax
 
+from ..runtime import compiler_options
+
 
 class Frozen:
     """The part of a tree that shapes the program (functions, sizes, names), hashed once."""
@@ -45,7 +47,8 @@ def compiled_call(fn: Callable[..., Any], fixed: Any, *moving: Any) -> tuple[Any
     seconds = 0.0
     if key not in _executables:
         begin = time.perf_counter()
-        _executables[key] = jax.jit(lambda parts: _apply(fn, parts, frozen)).lower(arrays).compile()
+        program = jax.jit(lambda parts: _apply(fn, parts, frozen), compiler_options=compiler_options())
+        _executables[key] = program.lower(arrays).compile()
         seconds = time.perf_counter() - begin
     return _executables[key](arrays), seconds
 
