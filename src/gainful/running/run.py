@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 import time
 from collections.abc import Callable
 from typing import Any
@@ -16,7 +15,6 @@ import numpy as np
 from ..estimates import AbstractEstimate
 from ..filters import AbstractEstimator, Info
 from ..models import AbstractModel, Instant, Sample
-from ..runtime import compiler_options
 from .checks import check_problem
 from .compiled import compiled_call
 from .failures import raise_failure
@@ -149,22 +147,11 @@ def log_likelihood(
     return jnp.sum(scan(estimator, model, prior, samples)[1].log_likelihood)
 
 
+@eqx.filter_jit
 def run_many(
     estimator: AbstractEstimator, model: AbstractModel, priors: AbstractEstimate, samples: Sample
 ) -> tuple[Any, Info]:
     """Many records of equal length: `scan` over a leading axis of `priors` and `samples`, fastest way for the device."""
-    return _many()(estimator, model, priors, samples)
-
-
-@functools.cache
-def _many() -> Callable[..., tuple[Any, Info]]:
-    return eqx.filter_jit(_run_many, compiler_options=compiler_options())  # type: ignore[call-overload]  # passed on to jit
-
-
-def _run_many(
-    estimator: AbstractEstimator, model: AbstractModel, priors: AbstractEstimate, samples: Sample
-) -> tuple[Any, Info]:
-
     def one(problem: tuple[AbstractEstimate, Sample]) -> tuple[Any, Info]:
         return scan(estimator, model, *problem)
 
