@@ -152,6 +152,7 @@ def run_many(
     estimator: AbstractEstimator, model: AbstractModel, priors: AbstractEstimate, samples: Sample
 ) -> tuple[Any, Info]:
     """Many records of equal length: `scan` over a leading axis of `priors` and `samples`, fastest way for the device."""
+
     def one(problem: tuple[AbstractEstimate, Sample]) -> tuple[Any, Info]:
         return scan(estimator, model, *problem)
 
