@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Self
 
-import jax.numpy as jnp
-
 from ..linalg import congruence, product, root_and_inverse, symmetrize
 from .affine import Affine
 from .two_stage import TwoStage
@@ -32,12 +30,10 @@ class Friedland(TwoStage):
         # G^-1 = (G^T G)^-1 G^T, which needs no pivoting.
         _, inverse, _ = root_and_inverse(product(along.T, along))
         coupling = product(product(state, self.coupling) + across, product(inverse.T, product(inverse, along.T)))
-        return type(
-            self
-        )(  # type: ignore[call-arg]  # the constructor is that of TwoStage
-            affine.predict(self.mean),
+        stages = (
             symmetrize(congruence(state, self.base_cov) + noise[:m, :m]),
             symmetrize(congruence(along, self.bias_cov) + noise[m:, m:]),
-            jnp.asarray(coupling),
-            affine.outer,
+            coupling,
         )
+        # The constructor is that of TwoStage, which type checkers do not see.
+        return type(self)(affine.predict(self.mean), *stages, affine.outer)  # type: ignore[call-arg]

@@ -7,7 +7,7 @@ from typing import Self
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from ..linalg import congruence, product, root_and_inverse, symmetrize
+from ..linalg import congruence, product, root_and_inverse, symmetrize, times_inverse
 from ..spaces import AbstractSpace
 from .affine import Affine
 from .base import AbstractEstimate, Innovation, residual_of
@@ -77,7 +77,7 @@ class Gaussian(AbstractEstimate):
         residual = residual_of(affine, self.mean, y, seen)
         innovation = Innovation(residual, spread, lower, inverse, seen, jnp.all(jnp.diagonal(lower) > 0))
         if gain is None:
-            gain = product(product(inverse, cross).T, inverse)
+            gain = times_inverse(cross, inverse)
         keep = jnp.eye(self.cov.shape[0], dtype=self.cov.dtype) - product(gain, affine.matrix)
         cov = congruence(keep, self.cov) + congruence(gain, noise)
         return type(self)(self.space.plus(self.mean, gain @ residual), symmetrize(cov), self.space), innovation
@@ -89,7 +89,7 @@ class Gaussian(AbstractEstimate):
         noise = affine.covariance()
         cross = product(affine.matrix, self.cov)
         _, inverse, _ = root_and_inverse(symmetrize(product(cross, affine.matrix.T) + noise))
-        gain = product(product(inverse, cross).T, inverse)
+        gain = times_inverse(cross, inverse)
         keep = jnp.eye(self.cov.shape[0], dtype=self.cov.dtype) - product(gain, affine.matrix)
         moved = gain @ affine.outer.minus(future.mean, affine.predict(self.mean))
         cov = congruence(keep, self.cov) + congruence(gain, noise + future.cov)

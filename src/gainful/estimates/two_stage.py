@@ -7,7 +7,16 @@ from typing import Self
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from ..linalg import congruence, inverse_lower, product, root, root_and_inverse, symmetrize, triangularize
+from ..linalg import (
+    congruence,
+    inverse_lower,
+    product,
+    root,
+    root_and_inverse,
+    symmetrize,
+    times_inverse,
+    triangularize,
+)
 from ..spaces import AbstractSpace
 from .affine import Affine
 from .base import AbstractEstimate, Innovation, residual_of
@@ -118,8 +127,8 @@ class TwoStage(AbstractEstimate):
             mean = self.space.plus(self.mean, gain @ residual)
             return self._moved(keep, congruence(gain, noise), mean, self.space), innovation
         _, own_inverse, _ = root_and_inverse(own)
-        gain_state = product(product(own_inverse, product(state, self.base_cov)).T, own_inverse)
-        gain_bias = product(product(inverse, product(coupled, self.bias_cov)).T, inverse)
+        gain_state = times_inverse(product(state, self.base_cov), own_inverse)
+        gain_bias = times_inverse(product(coupled, self.bias_cov), inverse)
         coupling = self.coupling - product(gain_state, coupled)
         bias = gain_bias @ residual
         mean = self.space.plus(self.mean, jnp.concatenate([gain_state @ residual + coupling @ bias, bias]))
@@ -138,7 +147,7 @@ class TwoStage(AbstractEstimate):
         noise, cov = affine.covariance(), self.cov
         cross = product(affine.matrix, cov)
         _, inverse, _ = root_and_inverse(symmetrize(product(cross, affine.matrix.T) + noise))
-        gain = product(product(inverse, cross).T, inverse)
+        gain = times_inverse(cross, inverse)
         keep = jnp.eye(self.space.dof, dtype=cov.dtype) - product(gain, affine.matrix)
         moved = gain @ affine.outer.minus(future.mean, affine.predict(self.mean))
         mean = self.space.plus(self.mean, moved)
@@ -153,7 +162,8 @@ class TwoStage(AbstractEstimate):
         across, along = product(f11, self.coupling) + f12, product(f21, self.coupling) + f22
         bias_cov = symmetrize(congruence(f21, self.base_cov) + congruence(along, self.bias_cov) + noise[m:, m:])
         shared = product(product(f11, self.base_cov), f21.T) + product(product(across, self.bias_cov), along.T)
-        coupling = self._coupled(shared + noise[:m, m:], across, along, bias_cov)
+        _, inverse, _ = root_and_inverse(bias_cov)
+        coupling = times_inverse((shared + noise[:m, m:]).T, inverse)
         left = jnp.concatenate([jnp.eye(m, dtype=noise.dtype), -coupling], axis=1)
         base_cov = (
             congruence(f11 - product(coupling, f21), self.base_cov)
@@ -161,11 +171,6 @@ class TwoStage(AbstractEstimate):
             + congruence(left, noise)
         )
         return type(self)(mean, symmetrize(base_cov), bias_cov, coupling, space)
-
-    def _coupled(self, shared: Array, across: Array, along: Array, bias_cov: Array) -> Float[Array, "m p"]:
-        """The coupling that leaves state and biases uncorrelated, given `cov(x, b)` and `cov(b)`."""
-        _, inverse, _ = root_and_inverse(bias_cov)
-        return product(product(inverse, shared.T).T, inverse)
 
 
 def _joseph(cov: Array, gain: Array, matrix: Array, noise: Array) -> Array:

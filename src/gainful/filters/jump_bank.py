@@ -9,7 +9,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from ..errors import ConfigError, did_you_mean
 from ..estimates import AbstractEstimate
-from ..linalg import product
+from ..linalg import product, times_inverse
 from ..models import AbstractModel, Sample
 from .base import AbstractEstimator, Info
 from .kalman import Carry, KalmanFilter
@@ -120,7 +120,7 @@ class GeneralizedLikelihoodRatio(AbstractEstimator):
         caused = jax.vmap(lambda each: product(inverse, product(matrix, each)))(signature)
         score = _shifted(carry.score) + jnp.einsum("wmp,m->wp", caused, update.innovation.whitened)
         information = _shifted(carry.information) + jnp.sum(caused**2, axis=1)
-        gain = product(product(inverse, product(matrix, update.prior.cov)).T, inverse)
+        gain = times_inverse(product(matrix, update.prior.cov), inverse)
         keep = jnp.eye(dof, dtype=matrix.dtype) - product(gain, matrix)
         signature = jax.vmap(lambda each: product(keep, each))(signature)
         count = carry.count + jnp.any(sample.seen)

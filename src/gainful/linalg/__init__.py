@@ -1,7 +1,7 @@
 """Small dense linear algebra that stays valid for semi-definite matrices and compiles to few operations."""
 
 from .checks import check_covariance
-from .products import congruence, product
+from .products import congruence, product, times_inverse
 from .psd import inverse_lower, root, root_and_inverse, symmetrize
 from .stats import chi_square_quantile, gaussian_log_density
 from .triangular import downdate, triangularize
@@ -17,5 +17,6 @@ __all__ = [
     "root",
     "root_and_inverse",
     "symmetrize",
+    "times_inverse",
     "triangularize",
 ]

@@ -22,3 +22,8 @@ def product(left: Float[Array, "n k"], right: Float[Array, "k m"]) -> Float[Arra
 def congruence(matrix: Float[Array, "n k"], cov: Float[Array, "k k"]) -> Float[Array, "n n"]:
     """`A P A^T`: what a covariance becomes under a linear map."""
     return product(product(matrix, cov), matrix.T)
+
+
+def times_inverse(cross: Float[Array, "m n"], inverse: Float[Array, "m m"]) -> Float[Array, "n m"]:
+    """`C^T S^-1` for `S = L L^T`, given `L^-1`: the optimal gain where `C = A P`."""
+    return product(product(inverse, cross).T, inverse)

@@ -9,7 +9,7 @@ from jaxtyping import Array, Float
 from ..errors import ConfigError, did_you_mean
 from ..estimates import AbstractEstimate
 from ..estimates.base import residual_of
-from ..linalg import product
+from ..linalg import product, times_inverse
 from ..models import AbstractModel
 from .base import AbstractUpdate, Likelihood, Update
 
@@ -44,8 +44,7 @@ class Considered(AbstractUpdate):
     ) -> tuple[Float[Array, " dof"], Update]:
         affine = likelihood.affine(prior)
         _, innovation = prior.condition(affine, y, likelihood.seen)
-        inverse = innovation.inverse
-        gain = product(product(inverse, product(affine.matrix, prior.cov)).T, inverse)
+        gain = times_inverse(product(affine.matrix, prior.cov), innovation.inverse)
         kept = gain * carry.astype(gain.dtype)[:, None]
         posterior, _ = prior.condition(affine, y, likelihood.seen, gain=kept)
         postfit = residual_of(affine, posterior.mean, y, likelihood.seen)
