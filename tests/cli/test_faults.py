@@ -94,6 +94,15 @@ def test_an_injected_fault_is_found_timed_and_told_apart(folder, filter, within)
     assert found.isolability.startswith("all 2 faults observed")
 
 
+def test_an_alarm_that_began_before_a_fault_does_not_count_it_as_missed(folder):
+    """The first of the two is there already, and its alarm still on, when the second comes."""
+    second = 'inject = [{{ kind = "bias", signal = "left", size = 0.2, onset = 20.0 }}, {{ '
+    (folder / "job.toml").write_text(CONFIG.replace("inject = [{{ ", second).format(filter='"tsekf"', faults=STATES))
+    found = estimate(folder / "job.toml").faults.faults[0]
+    assert found.times[0] < 20.0
+    assert found.delay == pytest.approx(0.0, abs=1e-9)
+
+
 def test_the_report_and_the_table_tell_of_the_faults(folder):
     done = job(folder, out=folder / "out")
     heads, rows = fault_rows_of(done.faults)

@@ -85,14 +85,14 @@ def find_faults(config: EstimateConfig, result: Result) -> FaultFindings:
     assert section is not None
     assert isinstance(model, FaultModel)
     filtered = result if result.filtered is None else result.filtered
-    raised, limit = _alarms(config, filtered)
+    above, raised, limit = _alarms(config, filtered)
     count, kept = len(model.fault_names), result.log.kept
     explained = np.asarray(single_fault_scores(jnp.asarray(filtered.mean), jnp.asarray(filtered.cov), count))
-    base = model.base.space
+    base, means, sigmas = model.base.space, result.mean[kept], result.std[kept]
     found = []
     for k, name in enumerate(model.fault_names):
         rows = np.flatnonzero(raised[:, k] & kept)
-        estimate, sigma = result.mean[kept, base.size + k], result.std[kept, base.dof + k]
+        estimate = means[:, base.size + k]
         # Where the time of an alarm is the first row that can tell, the scores a little later tell more.
         at = min(rows[0] + MERGED, len(explained) - 1) if rows.size else 0
         found.append(
@@ -101,10 +101,10 @@ def find_faults(config: EstimateConfig, result: Result) -> FaultFindings:
                 model.space.units[base.size + k],
                 tuple(float(t) for t in result.t[rows]),
                 float(estimate[-1]),
-                float(sigma[-1]),
+                float(sigmas[-1, base.dof + k]),
                 float(estimate[np.argmax(np.abs(estimate))]),
                 _explained(model, explained[at]) if rows.size else (),
-                _delay(config, name, result.t, raised[:, k]),
+                _delay(config, name, result.t, above[:, k]),
             )
         )
     able = isolability(model, result.prior, result.log)
@@ -138,8 +138,8 @@ def _explained(model: FaultModel, scores: np.ndarray) -> tuple[str, ...]:
     return (found.fault, *found.rivals)
 
 
-def _alarms(config: EstimateConfig, result: Result) -> tuple[np.ndarray, str]:
-    """Rows with an alarm per fault, and the threshold in words."""
+def _alarms(config: EstimateConfig, result: Result) -> tuple[np.ndarray, np.ndarray, str]:
+    """Rows above the threshold and rows in which an alarm is raised, per fault, and the threshold in words."""
     section, model = config.faults, result.model
     assert section is not None
     assert isinstance(model, FaultModel)
@@ -147,7 +147,8 @@ def _alarms(config: EstimateConfig, result: Result) -> tuple[np.ndarray, str]:
         report = result.memories
         which = np.arange(len(model.fault_names))
         raised = np.asarray(report.alarm)[:, None] & (np.asarray(report.bias)[:, None] == which)
-        return raised, f"{result.estimator.threshold:g} of the jump bank's likelihood ratio"  # type: ignore[attr-defined]
+        words = f"{result.estimator.threshold:g} of the jump bank's likelihood ratio"  # type: ignore[attr-defined]
+        return raised, raised, words
     count, t = len(model.fault_names), result.t
     scores = np.abs(np.asarray(fault_scores(jnp.asarray(result.mean), jnp.asarray(result.cov), count)))
     merge = MERGED * float(np.median(np.diff(t))) if len(t) > 1 else 0.0
@@ -156,7 +157,8 @@ def _alarms(config: EstimateConfig, result: Result) -> tuple[np.ndarray, str]:
         value, words = _calibrated(config, result, merge)
     times, by_fault = jnp.asarray(t), jnp.asarray(scores)
     raised = [alarms(times, by_fault[:, k], value, merge=merge, hold_off=section.hold_off) for k in range(count)]
-    return np.stack([np.asarray(each) for each in raised], axis=1), words
+    above = (scores > value) & (t - t[0] >= section.hold_off)[:, None]
+    return above, np.stack([np.asarray(each) for each in raised], axis=1), words
 
 
 def _calibrated(config: EstimateConfig, result: Result, merge: float) -> tuple[float, str]:
@@ -194,10 +196,10 @@ class _Largest:
         return jnp.max(jnp.abs(fault_scores(info.estimate.mean, cov, self.count)), axis=-1)
 
 
-def _delay(config: EstimateConfig, name: str, t: np.ndarray, raised: np.ndarray) -> float | None:
-    """From the onset of the fault put into this signal to its alarm; None if none was put there."""
+def _delay(config: EstimateConfig, name: str, t: np.ndarray, above: np.ndarray) -> float | None:
+    """From the onset of the fault put into this signal until it is above the threshold; None if none was put there."""
     onsets = [each for each in config.inject if name.endswith(f"_{each.signal}")]
     if not onsets:
         return None
     end = math.inf if onsets[0].end is None else onsets[0].end
-    return float(detection_delay(t, raised, onsets[0].onset, end))
+    return float(detection_delay(t, above, onsets[0].onset, end))
