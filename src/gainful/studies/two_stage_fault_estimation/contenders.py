@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 from ...filters import (
     AbstractEstimator,
     GeneralizedLikelihoodRatio,
@@ -15,9 +17,7 @@ from ...filters import (
 from ...noise import Scaled
 from ...updates import AbstractUpdate, InnovationScaling, StrongTracking
 from ..experiment import Contender
-from .scenarios import Scenario, StartsAtReading
-
-OUTPUTS = ("gyro_x", "gyro_y", "gyro_z", "star_phi", "star_theta", "star_psi")
+from .scenarios import OUTPUTS, Scenario, StartsAtReading
 
 PUBLISHED, TUNED = "TSUKF, published Qb", "TSUKF, tuned Qb"
 LITERAL, GATED, GATED_BIAS, PAPER = (
@@ -37,12 +37,12 @@ def _unscented(update: AbstractUpdate) -> KalmanFilter:
 
 def contenders(scenario: Scenario) -> dict[str, Contender]:
     """All filters of a scenario by name."""
-    bounds = dict.fromkeys(scenario.states, scenario.bound * scenario.scale)
+    model, larger = scenario.model(), scenario.model(scenario.tuned)
+    bounds = model.bounds
     quiet = two_stage_unscented_kalman_filter()
-    jumping = two_stage_unscented_kalman_filter()
     jump = Scaled(dict.fromkeys(scenario.states, scenario.jump / scenario.walk))
     bank = InteractingMultipleModel(
-        (quiet, KalmanFilter(jumping.linearization, jumping.update, jump, jumping.estimate)),
+        (quiet, dataclasses.replace(quiet, noise=jump)),
         ((0.99999, 0.00001), (0.1, 0.9)),
         (1.0, 0.0),
     )
@@ -54,7 +54,7 @@ def contenders(scenario: Scenario) -> dict[str, Contender]:
         LITERAL: _unscented(literal),
         GATED: _unscented(InnovationScaling(bounds=bounds)),
         GATED_BIAS: _unscented(InnovationScaling(order=("bias",), bounds=bounds)),
-        PAPER: KalmanFilter(figures.linearization, figures.update, conservative, figures.estimate),
+        PAPER: dataclasses.replace(figures, noise=conservative),
         GLR: GeneralizedLikelihoodRatio(quiet, bounds=bounds),
         IMM: bank,
         TRACKING: _unscented(StrongTracking(memory=0.5, softening=2.0)),
@@ -65,7 +65,6 @@ def contenders(scenario: Scenario) -> dict[str, Contender]:
         EKF: extended_kalman_filter(),
         UKF: unscented_kalman_filter(),
     }
-    model, larger = scenario.model(), scenario.model(scenario.tuned)
     return {name: Contender(each, model, StartsAtReading(model)) for name, each in published.items()} | {
         name: Contender(each, larger, StartsAtReading(larger)) for name, each in tuned.items()
     }

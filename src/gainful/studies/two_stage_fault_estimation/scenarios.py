@@ -11,7 +11,16 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ...estimates import Gaussian
-from ...faults import Fault, actuator_offset, loss_of_effectiveness, sensor_bias, with_faults
+from ...faults import (
+    Bias,
+    Fault,
+    FaultySignals,
+    Loss,
+    actuator_offset,
+    loss_of_effectiveness,
+    sensor_bias,
+    with_faults,
+)
 from ...faults.modelling import FaultModel
 from ...models import Instant, Sample
 from ...models.base import block_diagonal
@@ -80,6 +89,7 @@ class Scenario:
 
 TORQUES = ("torque_x", "torque_y", "torque_z")
 GYROS = ("gyro_x", "gyro_y", "gyro_z")
+OUTPUTS = (*GYROS, "star_phi", "star_theta", "star_psi")
 
 OFFSET = Scenario(
     "offset", "Wheel torque offset", "offset", TORQUES, "N m", 1.0, 0.03, 2e-5, 1e-3, 0.1, tuned=40.0, jump=0.01
@@ -91,31 +101,18 @@ GYRO = Scenario("gyro", "Gyro bias", "bias", GYROS, "deg/s", DEGREE, 0.1, 2e-7, 
 SCENARIOS = (OFFSET, LOSS, GYRO)
 
 
-class _Faulty(eqx.Module):
-    """What becomes of a value whose first component is faulty for a while."""
-
-    size: float
-    relative: bool = eqx.field(static=True)
-
-    def __call__(self, value: Array, t: Array) -> Array:
-        now = (t >= ONSET) & (t < END)
-        change = -self.size * value[0] if self.relative else self.size
-        return value.at[0].add(jnp.where(now, change, 0.0))
-
-
 class Flight(eqx.Module):
     """From a random key to the record of a flight with a fault; the same noise whatever the fault.
 
     Attributes:
         actuator: fault of the wheels, if any.
         sensor: fault of the sensors, if any.
-        scale: unit of the fault's true size.
-        size: of the fault, in that unit.
+        size: of the fault, in the unit in which it is told.
         quiet: whether the flight is without noise and disturbance.
     """
 
-    actuator: _Faulty | None
-    sensor: _Faulty | None
+    actuator: FaultySignals | None
+    sensor: FaultySignals | None
     size: float
     quiet: bool = eqx.field(static=True, default=False)
 
@@ -138,8 +135,10 @@ class Flight(eqx.Module):
 
 def flight_of(scenario: Scenario, *, quiet: bool = False) -> Flight:
     """The flight of a scenario."""
-    fault = _Faulty(scenario.size * scenario.scale, scenario.kind == "loss")
+    make = Loss if scenario.kind == "loss" else Bias
+    injected = make(scenario.signals[0], scenario.size * scenario.scale, ONSET, END)
     on_sensor = scenario.kind == "bias"
+    fault = FaultySignals(OUTPUTS if on_sensor else TORQUES, (injected,))
     return Flight(None if on_sensor else fault, fault if on_sensor else None, scenario.size, quiet)
 
 
