@@ -7,7 +7,7 @@ import numpy as np
 
 import gainful as gf
 from gainful.models import Instant, Sample
-from gainful.running.simulate import draw
+from gainful.running.drawing import draw
 from gainful.studies import (
     Band,
     Chart,

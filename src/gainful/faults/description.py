@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from typing import TypedDict, Unpack
 
 from ..errors import ModelError, did_you_mean
 
@@ -70,53 +71,31 @@ class Fault:
         return self.bound if self.bound is not None else 1.0 if relative else math.inf
 
 
-def actuator_offset(
-    signal: str,
-    *,
-    walk: float = 0.0,
-    sigma: float | None = None,
-    bound: float | None = None,
-    time_constant: float = math.inf,
-    per_step: bool = False,
-) -> Fault:
-    """An input that reaches the plant shifted: the plant gets `u + b` (see `Fault` for the arguments)."""
-    return Fault("offset", signal, walk, sigma, bound, time_constant, per_step)
+class FaultOptions(TypedDict, total=False):
+    """What may be said of a fault beside its kind and signal, see `Fault`."""
+
+    walk: float
+    sigma: float | None
+    bound: float | None
+    time_constant: float
+    per_step: bool
 
 
-def loss_of_effectiveness(
-    signal: str,
-    *,
-    walk: float = 0.0,
-    sigma: float | None = None,
-    bound: float | None = None,
-    time_constant: float = math.inf,
-    per_step: bool = False,
-) -> Fault:
-    """An input that reaches the plant weakened: the plant gets `(1 - b) u` (see `Fault` for the arguments)."""
-    return Fault("loss", signal, walk, sigma, bound, time_constant, per_step)
+def actuator_offset(signal: str, **options: Unpack[FaultOptions]) -> Fault:
+    """An input that reaches the plant shifted: the plant gets `u + b` (see `Fault` for the options)."""
+    return Fault("offset", signal, **options)
 
 
-def sensor_bias(
-    signal: str,
-    *,
-    walk: float = 0.0,
-    sigma: float | None = None,
-    bound: float | None = None,
-    time_constant: float = math.inf,
-    per_step: bool = False,
-) -> Fault:
-    """An output that is read shifted: `h + b` (see `Fault` for the arguments)."""
-    return Fault("bias", signal, walk, sigma, bound, time_constant, per_step)
+def loss_of_effectiveness(signal: str, **options: Unpack[FaultOptions]) -> Fault:
+    """An input that reaches the plant weakened: the plant gets `(1 - b) u` (see `Fault` for the options)."""
+    return Fault("loss", signal, **options)
 
 
-def sensor_scale_error(
-    signal: str,
-    *,
-    walk: float = 0.0,
-    sigma: float | None = None,
-    bound: float | None = None,
-    time_constant: float = math.inf,
-    per_step: bool = False,
-) -> Fault:
-    """An output that is read magnified: `(1 + b) h` (see `Fault` for the arguments)."""
-    return Fault("scale", signal, walk, sigma, bound, time_constant, per_step)
+def sensor_bias(signal: str, **options: Unpack[FaultOptions]) -> Fault:
+    """An output that is read shifted: `h + b` (see `Fault` for the options)."""
+    return Fault("bias", signal, **options)
+
+
+def sensor_scale_error(signal: str, **options: Unpack[FaultOptions]) -> Fault:
+    """An output that is read magnified: `(1 + b) h` (see `Fault` for the options)."""
+    return Fault("scale", signal, **options)

@@ -16,7 +16,7 @@ from ..filters import AbstractEstimator, Info
 from ..models import AbstractModel, Instant, Sample
 from ..running import scan
 from ..running.compiled import compiled_call
-from ..running.simulate import draw
+from ..running.drawing import draw
 from .modelling import FaultModel, base_prior
 
 

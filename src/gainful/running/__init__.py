@@ -1,15 +1,14 @@
 """Running estimators along records, and plants in closed loops."""
 
+from .closed_loop import simulate
+from .drawing import draw, draw_log
 from .log import Log, make_log, split_long_steps
 from .loop import Observer, Rates, Simulated
 from .plant import AbstractController, AbstractPlant, Reading
 from .prior import make_prior
 from .result import Result, Timing
 from .run import log_likelihood, run, run_many, samples_of, scan
-from .simulate import draw, draw_log
 from .smooth import smooth
-
-from .closed_loop import simulate  # isort: skip  # after the module of the same name
 
 __all__ = [
     "AbstractController",
