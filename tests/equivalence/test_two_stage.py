@@ -202,6 +202,17 @@ def test_adaptation_that_never_acts_changes_no_bit(problem, update):
     assert np.array_equal(adaptive.cov, plain.cov)
 
 
+@pytest.mark.parametrize("update", [InnovationScaling(gate=1.0, window=3), StrongTracking(softening=1.0)])
+def test_smoothing_knows_what_an_update_within_an_iterated_one_added(problem, update):
+    """With one iteration it is the same update, so the smoother must be told the same."""
+    once, plain = (
+        gf.smooth(of(problem, two_stage_extended_kalman_filter(update=each)))
+        for each in (gf.Iterated(update, iterations=1), update)
+    )
+    assert np.abs(once.mean - plain.mean).max() < 1e-12
+    assert np.abs(plain.mean - gf.smooth(of(problem, two_stage_extended_kalman_filter())).mean).max() > 1e-4
+
+
 def test_process_noise_of_an_actuator_bias_does_not_reach_the_innovation_of_its_own_step():
     """The bias acts on the next state, so scaling its noise changes the coupling and the state's own share alike."""
     rng = np.random.default_rng(5)

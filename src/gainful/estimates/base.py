@@ -7,7 +7,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from ..linalg import gaussian_log_density
+from ..linalg import gaussian_log_density, product, root_and_inverse, symmetrize, times_inverse
 from ..spaces import AbstractSpace
 from .affine import Affine
 
@@ -94,6 +94,13 @@ class AbstractEstimate(eqx.Module):
     @abc.abstractmethod
     def revise(self, affine: Affine, future: Self) -> Self:
         """The estimate of `x` given the smoothed estimate of `y = affine(x)` (one Rauch-Tung-Striebel step)."""
+
+
+def backward_gain(affine: Affine, cov: Float[Array, "in in"]) -> Float[Array, "in out"]:
+    """`P A^T (A P A^T + N)^-1`: how much of a correction of `y = affine(x)` belongs to `x`."""
+    cross = product(affine.matrix, cov)
+    _, inverse, _ = root_and_inverse(symmetrize(product(cross, affine.matrix.T) + affine.covariance()))
+    return times_inverse(cross, inverse)
 
 
 def residual_of(

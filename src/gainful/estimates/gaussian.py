@@ -7,10 +7,10 @@ from typing import Self
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from ..linalg import congruence, product, root_and_inverse, symmetrize, times_inverse
+from ..linalg import congruence, joseph, product, root_and_inverse, symmetrize, times_inverse
 from ..spaces import AbstractSpace
 from .affine import Affine
-from .base import AbstractEstimate, Innovation, residual_of
+from .base import AbstractEstimate, Innovation, backward_gain, residual_of
 
 
 class Gaussian(AbstractEstimate):
@@ -78,19 +78,14 @@ class Gaussian(AbstractEstimate):
         innovation = Innovation(residual, spread, lower, inverse, seen, jnp.all(jnp.diagonal(lower) > 0))
         if gain is None:
             gain = times_inverse(cross, inverse)
-        keep = jnp.eye(self.cov.shape[0], dtype=self.cov.dtype) - product(gain, affine.matrix)
-        cov = congruence(keep, self.cov) + congruence(gain, noise)
-        return type(self)(self.space.plus(self.mean, gain @ residual), symmetrize(cov), self.space), innovation
+        cov = joseph(self.cov, gain, affine.matrix, noise)
+        return type(self)(self.space.plus(self.mean, gain @ residual), cov, self.space), innovation
 
     def plus_noise(self, cov: Float[Array, "dof dof"]) -> Self:
         return type(self)(self.mean, self.cov + cov, self.space)
 
     def revise(self, affine: Affine, future: Self) -> Self:
-        noise = affine.covariance()
-        cross = product(affine.matrix, self.cov)
-        _, inverse, _ = root_and_inverse(symmetrize(product(cross, affine.matrix.T) + noise))
-        gain = times_inverse(cross, inverse)
-        keep = jnp.eye(self.cov.shape[0], dtype=self.cov.dtype) - product(gain, affine.matrix)
+        gain = backward_gain(affine, self.cov)
         moved = gain @ affine.outer.minus(future.mean, affine.predict(self.mean))
-        cov = congruence(keep, self.cov) + congruence(gain, noise + future.cov)
-        return type(self)(self.space.plus(self.mean, moved), symmetrize(cov), self.space)
+        cov = joseph(self.cov, gain, affine.matrix, affine.covariance() + future.cov)
+        return type(self)(self.space.plus(self.mean, moved), cov, self.space)

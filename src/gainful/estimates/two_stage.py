@@ -10,6 +10,7 @@ from jaxtyping import Array, Bool, Float
 from ..linalg import (
     congruence,
     inverse_lower,
+    joseph,
     product,
     root,
     root_and_inverse,
@@ -19,7 +20,7 @@ from ..linalg import (
 )
 from ..spaces import AbstractSpace
 from .affine import Affine
-from .base import AbstractEstimate, Innovation, residual_of
+from .base import AbstractEstimate, Innovation, backward_gain, residual_of
 
 
 class TwoStage(AbstractEstimate):
@@ -123,9 +124,7 @@ class TwoStage(AbstractEstimate):
         residual = residual_of(affine, self.mean, y, seen)
         innovation = Innovation(residual, spread, lower, inverse, seen, jnp.all(jnp.diagonal(lower) > 0))
         if gain is not None:
-            keep = jnp.eye(self.space.dof, dtype=gain.dtype) - product(gain, affine.matrix)
-            mean = self.space.plus(self.mean, gain @ residual)
-            return self._moved(keep, congruence(gain, noise), mean, self.space), innovation
+            return self._corrected(gain, gain @ residual, affine.matrix, noise), innovation
         _, own_inverse, _ = root_and_inverse(own)
         gain_state = times_inverse(product(state, self.base_cov), own_inverse)
         gain_bias = times_inverse(product(coupled, self.bias_cov), inverse)
@@ -134,8 +133,8 @@ class TwoStage(AbstractEstimate):
         mean = self.space.plus(self.mean, jnp.concatenate([gain_state @ residual + coupling @ bias, bias]))
         return type(self)(
             mean,
-            _joseph(self.base_cov, gain_state, state, noise),
-            _joseph(self.bias_cov, gain_bias, coupled, own),
+            joseph(self.base_cov, gain_state, state, noise),
+            joseph(self.bias_cov, gain_bias, coupled, own),
             coupling,
             self.space,
         ), innovation
@@ -144,14 +143,14 @@ class TwoStage(AbstractEstimate):
         return self._moved(jnp.eye(self.space.dof, dtype=cov.dtype), cov, self.mean, self.space)
 
     def revise(self, affine: Affine, future: Self) -> Self:
-        noise, cov = affine.covariance(), self.cov
-        cross = product(affine.matrix, cov)
-        _, inverse, _ = root_and_inverse(symmetrize(product(cross, affine.matrix.T) + noise))
-        gain = times_inverse(cross, inverse)
-        keep = jnp.eye(self.space.dof, dtype=cov.dtype) - product(gain, affine.matrix)
+        gain = backward_gain(affine, self.cov)
         moved = gain @ affine.outer.minus(future.mean, affine.predict(self.mean))
-        mean = self.space.plus(self.mean, moved)
-        return self._moved(keep, congruence(gain, noise + future.cov), mean, self.space)
+        return self._corrected(gain, moved, affine.matrix, affine.covariance() + future.cov)
+
+    def _corrected(self, gain: Array, move: Array, matrix: Array, noise: Array) -> Self:
+        """The estimate moved, its covariance in Joseph form for any gain."""
+        keep = jnp.eye(self.space.dof, dtype=gain.dtype) - product(gain, matrix)
+        return self._moved(keep, congruence(gain, noise), self.space.plus(self.mean, move), self.space)
 
     def _moved(
         self, matrix: Float[Array, "out dof"], noise: Float[Array, "out out"], mean: Array, space: AbstractSpace
@@ -171,8 +170,3 @@ class TwoStage(AbstractEstimate):
             + congruence(left, noise)
         )
         return type(self)(mean, symmetrize(base_cov), bias_cov, coupling, space)
-
-
-def _joseph(cov: Array, gain: Array, matrix: Array, noise: Array) -> Array:
-    keep = jnp.eye(cov.shape[0], dtype=cov.dtype) - product(gain, matrix)
-    return symmetrize(congruence(keep, cov) + congruence(gain, noise))

@@ -7,10 +7,11 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from ..errors import ConfigError, did_you_mean
+from ..errors import ConfigError
 from ..estimates import AbstractEstimate
 from ..linalg import product, times_inverse
 from ..models import AbstractModel, Sample
+from ..updates.adaptation import check_bounds, ridge_of
 from .base import AbstractEstimator, Info
 from .kalman import Carry, KalmanFilter
 
@@ -87,24 +88,19 @@ class GeneralizedLikelihoodRatio(AbstractEstimator):
             raise ConfigError(f"window: expected a whole number of at least 1, got {self.window!r}")
         if isinstance(self.threshold, (int, float)) and not self.threshold > 0:
             raise ConfigError(f"threshold: expected a number above 0, got {self.threshold!r}")
-        for name, bound in self.bounds.items():
-            if isinstance(bound, (int, float)) and not bound > 0:
-                raise ConfigError(f"bounds: expected a size above 0 for {name!r}, got {bound!r}")
+        check_bounds(self.bounds)
 
     def init(self, model: AbstractModel, prior: AbstractEstimate) -> Jumps:
         space, dtype = model.space, prior.mean.dtype
-        p, names = space.added, space.tangent_names[space.dof - space.added :]
+        p = space.added
         if not p:
             raise ConfigError("model: expected added states (biases, faults) that can jump, got none; see augment")
-        for name in self.bounds:
-            if name not in names:
-                raise ConfigError(f"bounds: {name!r} is not an added state; {did_you_mean(name, names)}")
         return Jumps(
             self.quiet.init(model, prior),
             jnp.zeros((self.window, space.dof, p), dtype),
             jnp.zeros((self.window, p), dtype),
             jnp.zeros((self.window, p), dtype),
-            jnp.asarray([self.bounds.get(name, jnp.inf) for name in names], dtype) ** -2.0,
+            ridge_of(self.bounds, space).astype(dtype),
             jnp.array(0),
         )
 

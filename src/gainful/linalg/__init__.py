@@ -1,8 +1,8 @@
 """Small dense linear algebra that stays valid for semi-definite matrices and compiles to few operations."""
 
 from .checks import check_covariance
-from .products import congruence, product, times_inverse
-from .psd import inverse_lower, root, root_and_inverse, symmetrize
+from .products import congruence, joseph, product, symmetrize, times_inverse
+from .psd import inverse_lower, root, root_and_inverse
 from .stats import chi_square_quantile, gaussian_log_density
 from .triangular import downdate, triangularize
 
@@ -13,6 +13,7 @@ __all__ = [
     "downdate",
     "gaussian_log_density",
     "inverse_lower",
+    "joseph",
     "product",
     "root",
     "root_and_inverse",

@@ -27,3 +27,19 @@ def congruence(matrix: Float[Array, "n k"], cov: Float[Array, "k k"]) -> Float[A
 def times_inverse(cross: Float[Array, "m n"], inverse: Float[Array, "m m"]) -> Float[Array, "n m"]:
     """`C^T S^-1` for `S = L L^T`, given `L^-1`: the optimal gain where `C = A P`."""
     return product(product(inverse, cross).T, inverse)
+
+
+def symmetrize(matrix: Float[Array, "n n"]) -> Float[Array, "n n"]:
+    """The symmetric part `(M + M^T) / 2`."""
+    return 0.5 * (matrix + matrix.T)
+
+
+def joseph(
+    cov: Float[Array, "n n"], gain: Float[Array, "n m"], matrix: Float[Array, "m n"], noise: Float[Array, "m m"]
+) -> Float[Array, "n n"]:
+    """`(I - K A) P (I - K A)^T + K N K^T`: a covariance whatever the gain.
+
+    Source: Bucy and Joseph (1968), Filtering for Stochastic Processes with Applications to Guidance.
+    """
+    keep = jnp.eye(cov.shape[0], dtype=cov.dtype) - product(gain, matrix)
+    return symmetrize(congruence(keep, cov) + congruence(gain, noise))

@@ -15,11 +15,6 @@ UNROLL_LIMIT = 24
 """Matrices up to this size are factored by unrolled column operations, larger ones by LAPACK."""
 
 
-def symmetrize(matrix: Float[Array, "n n"]) -> Float[Array, "n n"]:
-    """The symmetric part `(M + M^T) / 2`."""
-    return 0.5 * (matrix + matrix.T)
-
-
 def root(matrix: Float[Array, "n n"]) -> tuple[Float[Array, "n n"], Bool[Array, ""]]:
     """Lower-triangular `L` with `L L^T = P` for a positive semi-definite `P`, and whether `P` is one.
 

@@ -7,10 +7,14 @@ from typing import Any, TypeVar
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+from jax.core import Tracer
 from jaxtyping import Array, Bool, Float
 
-from ..estimates import AbstractEstimate
+from ..errors import ConfigError, did_you_mean
+from ..estimates import AbstractEstimate, Innovation
 from ..linalg import product, root_and_inverse
+from ..spaces import AbstractSpace
+from .base import AbstractUpdate, Update
 
 Memory = TypeVar("Memory", bound=eqx.Module)
 
@@ -40,3 +44,41 @@ def solve_least_squares(
     weighted = product(matrix.T, weight)
     _, inverse, _ = root_and_inverse(product(weighted, matrix) + jnp.diag(ridge))
     return product(inverse.T, product(inverse, weighted))
+
+
+def with_inner(
+    extra: Float[Array, "dof dof"],
+    inner: AbstractUpdate,
+    memory: Any,
+    prior: AbstractEstimate,
+    process: Float[Array, "dof dof"],
+) -> Float[Array, "dof dof"]:
+    """What an update and the one within it added to a prior together."""
+    deeper = inner.added(memory, prior.plus_noise(extra), process)
+    return extra if deeper is None else extra + deeper
+
+
+def as_predicted(update: Update, prior: AbstractEstimate, nominal: Innovation) -> Update:
+    """The update, its innovation told against the prediction, which knew nothing of what was added for it."""
+    return eqx.tree_at(lambda part: (part.prior, part.innovation), update, (prior, nominal))
+
+
+def check_bounds(bounds: dict[str, float]) -> None:
+    """Raise unless all sizes are above 0; those that are being traced are not known yet."""
+    for name, bound in bounds.items():
+        if not isinstance(bound, Tracer) and not bound > 0:
+            raise ConfigError(f"bounds: expected a size above 0 for {name!r}, got {bound!r}")
+
+
+def ridge_of(bounds: dict[str, float], space: AbstractSpace) -> Float[Array, " added"]:
+    """Inverse squares of the largest possible sizes of the added states; 0 for those without one.
+
+    Raises:
+        ConfigError: a bound of something that was not added to the model.
+    """
+    names = space.tangent_names[space.dof - space.added :]
+    for name in bounds:
+        if name not in names:
+            known = did_you_mean(name, names) if names else "nothing was added to the model"
+            raise ConfigError(f"bounds: {name!r} is not an added state; {known}")
+    return jnp.array([bounds.get(name, jnp.inf) for name in names]) ** -2.0

@@ -10,9 +10,18 @@ from jaxtyping import Array, Float, Int
 
 from ..errors import ConfigError, did_you_mean
 from ..estimates import AbstractEstimate
-from ..linalg import chi_square_quantile, congruence, product, root_and_inverse
+from ..linalg import chi_square_quantile, congruence, product, root_and_inverse, times_inverse
 from ..models import AbstractModel
-from .adaptation import excess, inflated, remembered, solve_least_squares
+from .adaptation import (
+    as_predicted,
+    check_bounds,
+    excess,
+    inflated,
+    remembered,
+    ridge_of,
+    solve_least_squares,
+    with_inner,
+)
 from .base import AbstractUpdate, Likelihood, Update
 from .exact import Exact
 
@@ -95,17 +104,10 @@ class InnovationScaling(AbstractUpdate):
             raise ConfigError(f"gate: expected a number from 0 to 1, got {self.gate!r}")
         if not self.cap >= 1:
             raise ConfigError(f"cap: expected a number of at least 1, got {self.cap!r}")
-        for name, bound in self.bounds.items():
-            if not bound > 0:
-                raise ConfigError(f"bounds: expected a size above 0 for {name!r}, got {bound!r}")
+        check_bounds(self.bounds)
 
     def init(self, model: AbstractModel) -> Scaling:
         space, m = model.space, model.output.dof
-        names = space.tangent_names[space.dof - space.added :]
-        for name in self.bounds:
-            if name not in names:
-                known = did_you_mean(name, names) if names else "nothing was added to the model"
-                raise ConfigError(f"bounds: {name!r} is not an added state; {known}")
         return Scaling(
             residuals=jnp.zeros((self.window, m)),
             nis=jnp.zeros(self.window),
@@ -113,7 +115,7 @@ class InnovationScaling(AbstractUpdate):
             count=jnp.array(0),
             process=jnp.ones(space.dof),
             measurement=jnp.ones(m),
-            ridge=jnp.array([self.bounds.get(name, jnp.inf) for name in names]) ** -2.0,
+            ridge=ridge_of(self.bounds, space),
             inner=self.inner.init(model),
         )
 
@@ -121,8 +123,7 @@ class InnovationScaling(AbstractUpdate):
         self, carry: Scaling, prior: AbstractEstimate, process: Float[Array, "dof dof"]
     ) -> Float[Array, "dof dof"]:
         extra = excess(carry.process.astype(process.dtype), process)
-        deeper = self.inner.added(carry.inner, prior, process)
-        return extra if deeper is None else extra + deeper
+        return with_inner(extra, self.inner, carry.inner, prior, process)
 
     def __call__(
         self, carry: Scaling, prior: AbstractEstimate, likelihood: Likelihood, y: Float[Array, " output_size"]
@@ -150,9 +151,7 @@ class InnovationScaling(AbstractUpdate):
         scaled = eqx.tree_at(lambda part: part.noise, likelihood, noise)
         inner, update = self.inner(carry.inner, inflated(prior, extra, jnp.any(process > 1.0)), scaled, y)
         new = Scaling(residuals, nis, degrees, count, process, measurement, carry.ridge, inner)
-        # Consistency is judged against the prediction, which knew nothing of this innovation.
-        update = eqx.tree_at(lambda part: (part.prior, part.innovation), update, (prior, nominal))
-        return remembered(measured, new, carry, inner), update
+        return remembered(measured, new, carry, inner), as_predicted(update, prior, nominal)
 
     def _factors(
         self,
@@ -170,7 +169,7 @@ class InnovationScaling(AbstractUpdate):
         precise = product(whiten.T, whiten) if self.weighted else jnp.eye(len(spread), dtype=spread.dtype)
         cov = prior.cov
         _, inverse, _ = root_and_inverse(cov[n:, n:])
-        coupling = product(product(cov[:n, n:], inverse.T), inverse)
+        coupling = times_inverse(cov[n:, :n], inverse)
         ways = {
             "state": (matrix[:, :n], slice(0, n), jnp.zeros(n, matrix.dtype)),
             "bias": (product(matrix[:, :n], coupling) + matrix[:, n:], slice(n, dof), ridge.astype(matrix.dtype)),

@@ -37,6 +37,11 @@ class Iterated(AbstractUpdate):
     def init(self, model: AbstractModel) -> object:
         return self.inner.init(model)
 
+    def added(
+        self, carry: object, prior: AbstractEstimate, process: Float[Array, "dof dof"]
+    ) -> Float[Array, "dof dof"] | None:
+        return self.inner.added(carry, prior, process)
+
     def __call__(
         self, carry: object, prior: AbstractEstimate, likelihood: Likelihood, y: Float[Array, " output_size"]
     ) -> tuple[object, Update]:

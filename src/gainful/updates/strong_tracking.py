@@ -12,7 +12,7 @@ from ..errors import ConfigError
 from ..estimates import AbstractEstimate
 from ..linalg import congruence, product, root_and_inverse, symmetrize
 from ..models import AbstractModel
-from .adaptation import inflated, remembered
+from .adaptation import as_predicted, inflated, remembered, with_inner
 from .base import AbstractUpdate, Likelihood, Update
 from .exact import Exact
 
@@ -73,8 +73,7 @@ class StrongTracking(AbstractUpdate):
         self, carry: Fading, prior: AbstractEstimate, process: Float[Array, "dof dof"]
     ) -> Float[Array, "dof dof"]:
         extra = (carry.factor - 1.0).astype(process.dtype) * _carried(prior, process)
-        deeper = self.inner.added(carry.inner, prior, process)
-        return extra if deeper is None else extra + deeper
+        return with_inner(extra, self.inner, carry.inner, prior, process)
 
     def __call__(
         self, carry: Fading, prior: AbstractEstimate, likelihood: Likelihood, y: Float[Array, " output_size"]
@@ -95,9 +94,7 @@ class StrongTracking(AbstractUpdate):
         factor = jnp.where(measured, factor, 1.0)
         inner, update = self.inner(carry.inner, inflated(prior, (factor - 1.0) * carried, factor > 1.0), likelihood, y)
         new = Fading(spread, jnp.array(1.0), factor, inner)
-        # Consistency is judged against the prediction, which knew nothing of this innovation.
-        update = eqx.tree_at(lambda part: (part.prior, part.innovation), update, (prior, nominal))
-        return remembered(measured, new, carry, inner), update
+        return remembered(measured, new, carry, inner), as_predicted(update, prior, nominal)
 
 
 def _carried(prior: AbstractEstimate, process: Array) -> Float[Array, "dof dof"]:
