@@ -15,12 +15,13 @@ from ..errors import ModelError, ShapeError
 from ..estimates import AbstractEstimate, Gaussian
 from ..models import AbstractModel, Instant
 from ..models.base import block_diagonal
+from ..models.extended import AbstractExtendedModel
 from ..models.model import unknown_name
 from ..spaces import AbstractSpace, Circle, Euclidean, Product
 from .description import EFFECTS, Fault
 
 
-class FaultModel(AbstractModel):
+class FaultModel(AbstractExtendedModel):
     """A model whose state ends with the sizes of its faults; made by `with_faults`.
 
     Attributes:
@@ -61,20 +62,8 @@ class FaultModel(AbstractModel):
         return {n: float(b) for n, b in zip(self.fault_names, self.bound, strict=True) if math.isfinite(float(b))}
 
     @property
-    def sensors(self) -> tuple[tuple[str, int], ...]:
-        return self.base.sensors
-
-    @property
-    def takes_dt(self) -> bool:
-        return self.base.takes_dt
-
-    @property
     def noise_takes_dt(self) -> bool:
         return self.base.noise_takes_dt and not any(self.per_step)
-
-    def with_parameters(self, values: dict[str, Array]) -> FaultModel:
-        base = self.base.with_parameters(values)
-        return eqx.tree_at(lambda model: (model.base, model.parameters), self, (base, self.parameters | values))
 
     def without_walk(self) -> FaultModel:
         """The model of faults that do not change by chance."""

@@ -12,10 +12,11 @@ from jaxtyping import Array, Float
 from ..errors import ModelError
 from ..spaces import AbstractSpace, Product, make_space
 from .base import AbstractModel, Instant, block_diagonal
+from .extended import AbstractExtendedModel
 from .model import unknown_name
 
 
-class AugmentedModel(AbstractModel):
+class AugmentedModel(AbstractExtendedModel):
     """A model whose state carries parameters and biases as well; made by `augment`.
 
     Attributes:
@@ -38,22 +39,6 @@ class AugmentedModel(AbstractModel):
     parameter_names: tuple[str, ...] = eqx.field(static=True)
     output_rows: tuple[int, ...] = eqx.field(static=True)
     input_rows: tuple[int, ...] = eqx.field(static=True)
-
-    @property
-    def sensors(self) -> tuple[tuple[str, int], ...]:
-        return self.base.sensors
-
-    @property
-    def takes_dt(self) -> bool:
-        return self.base.takes_dt
-
-    @property
-    def noise_takes_dt(self) -> bool:
-        return self.base.noise_takes_dt
-
-    def with_parameters(self, values: dict[str, Array]) -> AugmentedModel:
-        base = self.base.with_parameters(values)
-        return eqx.tree_at(lambda model: (model.base, model.parameters), self, (base, self.parameters | values))
 
     def _split(self, x: Array, when: Instant) -> tuple[AbstractModel, Array, Array, Instant]:
         """The base model with its parameters set, its state, the added states, and the corrected inputs."""

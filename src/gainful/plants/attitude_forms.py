@@ -43,7 +43,28 @@ class AbstractAttitudeForm(AbstractAttitudeReference):
         return self.target.acceleration(t)
 
 
-class TargetAngles(AbstractAttitudeForm):
+class AbstractAngles(AbstractAttitudeForm):
+    """3-1-2 angles of the body relative to axes that turn."""
+
+    @abc.abstractmethod
+    def axes(self, t: Float[Array, ""]) -> Float[Array, "4"]:
+        """Quaternion from those axes to inertial axes."""
+
+    @abc.abstractmethod
+    def axes_rate(self, t: Float[Array, ""]) -> Float[Array, "3"]:
+        """Inertial rate of those axes, in themselves [rad/s]."""
+
+    def space(self, prefix: str = "") -> AbstractSpace:
+        return make_space({f"{prefix}{name}": "angle" for name in ("phi", "theta", "psi")})
+
+    def written(self, q: Float[Array, "4"], t: Float[Array, ""]) -> Float[Array, "3"]:
+        return dcm_to_euler312(quaternion_to_dcm(_relative(q, self.axes(t))))
+
+    def rates(self, w: Float[Array, "3"], attitude: Float[Array, "3"], t: Float[Array, ""]) -> Float[Array, "3"]:
+        return euler312_rates(attitude) @ (w - euler312_to_dcm(attitude) @ self.axes_rate(t))
+
+
+class TargetAngles(AbstractAngles):
     """3-1-2 angles of the body relative to the target: small while the target is followed.
 
     Attributes:
@@ -52,20 +73,17 @@ class TargetAngles(AbstractAttitudeForm):
 
     target: AbstractTarget
 
-    def space(self, prefix: str = "") -> AbstractSpace:
-        return _angles(prefix)
+    def axes(self, t: Float[Array, ""]) -> Float[Array, "4"]:
+        return self.target.attitude(t)
 
-    def written(self, q: Float[Array, "4"], t: Float[Array, ""]) -> Float[Array, "3"]:
-        return _angles_between(q, self.target.attitude(t))
-
-    def rates(self, w: Float[Array, "3"], attitude: Float[Array, "3"], t: Float[Array, ""]) -> Float[Array, "3"]:
-        return euler312_rates(attitude) @ (w - euler312_to_dcm(attitude) @ self.target.rate(t))
+    def axes_rate(self, t: Float[Array, ""]) -> Float[Array, "3"]:
+        return self.target.rate(t)
 
     def tracking_error(self, attitude: Float[Array, "3"], t: Float[Array, ""]) -> tuple[Array, Array]:
         return attitude, euler312_to_dcm(attitude)
 
 
-class OrbitAngles(AbstractAttitudeForm):
+class OrbitAngles(AbstractAngles):
     """3-1-2 angles of the body relative to orbit axes.
 
     Attributes:
@@ -74,14 +92,11 @@ class OrbitAngles(AbstractAttitudeForm):
 
     target: AbstractTarget
 
-    def space(self, prefix: str = "") -> AbstractSpace:
-        return _angles(prefix)
+    def axes(self, t: Float[Array, ""]) -> Float[Array, "4"]:
+        return self.target.orbit(t)
 
-    def written(self, q: Float[Array, "4"], t: Float[Array, ""]) -> Float[Array, "3"]:
-        return _angles_between(q, self.target.orbit(t))
-
-    def rates(self, w: Float[Array, "3"], attitude: Float[Array, "3"], t: Float[Array, ""]) -> Float[Array, "3"]:
-        return euler312_rates(attitude) @ (w - euler312_to_dcm(attitude) @ self.target.orbit_rate)
+    def axes_rate(self, t: Float[Array, ""]) -> Float[Array, "3"]:
+        return self.target.orbit_rate
 
     def tracking_error(self, attitude: Float[Array, "3"], t: Float[Array, ""]) -> tuple[Array, Array]:
         return _error(euler312_to_dcm(attitude) @ euler312_to_dcm(self.target.angles(t)).T)
@@ -126,16 +141,8 @@ def attitude_form(name: str, target: AbstractTarget) -> AbstractAttitudeForm:
     return FORMS[name](target)  # type: ignore[call-arg]
 
 
-def _angles(prefix: str) -> AbstractSpace:
-    return make_space({f"{prefix}{name}": "angle" for name in ("phi", "theta", "psi")})
-
-
 def _relative(q: Array, reference: Array) -> Array:
     return quaternion_multiply(quaternion_conjugate(reference), q)
-
-
-def _angles_between(q: Array, reference: Array) -> Array:
-    return dcm_to_euler312(quaternion_to_dcm(_relative(q, reference)))
 
 
 def _error(to_body: Array) -> tuple[Array, Array]:

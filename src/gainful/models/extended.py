@@ -1,0 +1,34 @@
+"""What models that carry further states have in common."""
+
+from typing import Self
+
+import equinox as eqx
+from jaxtyping import Array
+
+from .base import AbstractModel
+
+
+class AbstractExtendedModel(AbstractModel):
+    """A model whose state ends with further ones; what they do not concern is asked of the model it extends.
+
+    Attributes:
+        base: the model it extends.
+    """
+
+    base: eqx.AbstractVar[AbstractModel]
+
+    @property
+    def sensors(self) -> tuple[tuple[str, int], ...]:
+        return self.base.sensors
+
+    @property
+    def takes_dt(self) -> bool:
+        return self.base.takes_dt
+
+    @property
+    def noise_takes_dt(self) -> bool:
+        return self.base.noise_takes_dt
+
+    def with_parameters(self, values: dict[str, Array]) -> Self:
+        base = self.base.with_parameters(values)
+        return eqx.tree_at(lambda model: (model.base, model.parameters), self, (base, self.parameters | values))
