@@ -5,6 +5,7 @@ from .products import congruence, joseph, product, symmetrize, times_inverse
 from .psd import inverse_lower, root, root_and_inverse
 from .stats import chi_square_quantile, gaussian_log_density
 from .triangular import downdate, triangularize
+from .whitening import whitening_root
 
 __all__ = [
     "check_covariance",
@@ -20,4 +21,5 @@ __all__ = [
     "symmetrize",
     "times_inverse",
     "triangularize",
+    "whitening_root",
 ]

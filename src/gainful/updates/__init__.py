@@ -1,21 +1,40 @@
 """Updates: how strongly a measurement counts."""
 
 from .base import AbstractUpdate, Likelihood, Update
+from .change_detection import ChangeDetection, Changes
 from .considered import Considered
+from .correntropy import MaximumCorrentropy
 from .exact import Exact
 from .gated import Gated
+from .huber_reweighted import HuberReweighted
+from .influence import huber_fisher_information, huber_psi, huber_rho, huber_threshold, huber_weight
 from .innovation_scaling import InnovationScaling
 from .iterated import Iterated
+from .robust import MasreliezMartin
 from .strong_tracking import StrongTracking
+from .student_t import StudentT
+from .weighted_likelihood import WeightedLikelihood
 
 __all__ = [
     "AbstractUpdate",
+    "ChangeDetection",
+    "Changes",
     "Considered",
     "Exact",
     "Gated",
+    "HuberReweighted",
     "InnovationScaling",
     "Iterated",
     "Likelihood",
+    "MasreliezMartin",
+    "MaximumCorrentropy",
     "StrongTracking",
+    "StudentT",
     "Update",
+    "WeightedLikelihood",
+    "huber_fisher_information",
+    "huber_psi",
+    "huber_rho",
+    "huber_threshold",
+    "huber_weight",
 ]

@@ -40,8 +40,15 @@ class Likelihood(eqx.Module):
 
     def affine(self, prior: AbstractEstimate) -> Affine:
         """The map with its noise, unseen components cut off."""
-        point = prior if self.around is None else self.around
-        return self.linearization(self.fn, point, self.output).plus_noise(self.noise).masked(self.seen)
+        return self.with_noise(self.linearised(prior), self.noise)
+
+    def linearised(self, prior: AbstractEstimate) -> Affine:
+        """The map without noise."""
+        return self.linearization(self.fn, prior if self.around is None else self.around, self.output)
+
+    def with_noise(self, linearised: Affine, noise: Float[Array, "m m"]) -> Affine:
+        """The map with a noise of its own, unseen components cut off."""
+        return linearised.plus_noise(noise).masked(self.seen)
 
     def only(self, seen: Bool[Array, " m"]) -> Likelihood:
         """The likelihood of fewer components."""

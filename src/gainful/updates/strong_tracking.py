@@ -53,9 +53,9 @@ class StrongTracking(AbstractUpdate):
     """
 
     inner: AbstractUpdate = Exact()
-    memory: float = eqx.field(static=True, default=0.95)
-    softening: float = eqx.field(static=True, default=4.0)
-    cap: float = eqx.field(static=True, default=1e6)
+    memory: float = 0.95
+    softening: float = 4.0
+    cap: float = 1e6
 
     def __check_init__(self) -> None:
         if not 0 <= self.memory <= 1:
