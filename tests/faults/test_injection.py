@@ -13,6 +13,7 @@ from gainful.faults import (
     Intermittent,
     Loss,
     NoiseIncrease,
+    Outliers,
     Stuck,
     actuator_offset,
     disturb,
@@ -37,6 +38,7 @@ EVERY = [
     (Loss("left", 0.4, **SPAN), lambda v, t: 0.6 * v),
     (Intermittent(Bias("left", 0.3, **SPAN), period=0.5, duty=0.5), None),
     (NoiseIncrease("left", 0.5, **SPAN), None),
+    (Outliers("left", 0.3, 0.5, **SPAN), None),
 ]
 
 

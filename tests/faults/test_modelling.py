@@ -1,5 +1,7 @@
 """A model with faults is its base where they are zero, and does what each kind of fault says where they are not."""
 
+import dataclasses
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -12,7 +14,9 @@ from gainful.faults import (
     actuator_offset,
     base_prior,
     extend_prior,
+    isolability,
     loss_of_effectiveness,
+    nominal_log,
     sensor_bias,
     sensor_scale_error,
     with_faults,
@@ -159,3 +163,101 @@ def test_a_filter_finds_a_constant_fault_of_each_side():
     error, sigma = result.error()[-1, 2:], result.std[-1, 2:]
     assert (np.abs(error) < 4 * sigma).all()  # 6e-5 of all sound runs fail, per fault
     assert (sigma < 0.1).all()
+
+
+DRIFTING = (
+    actuator_offset("left", walk=0.3, sigma=0.5, rate_sigma=0.2, rate_walk=0.05),
+    loss_of_effectiveness("right", walk=0.1, sigma=0.1),
+    sensor_bias("range0", walk=0.1, sigma=0.2, per_step=True, rate_sigma=0.1),
+)
+
+
+def test_the_rates_of_faults_that_drift_are_states_after_all_sizes():
+    model, prior = faulty(cart(), *DRIFTING, sensor_scale_error("range0", sigma=0.1, rate_sigma=0.0))
+    rates = ("offset_left_rate", "bias_range0_rate", "scale_range0_rate")
+    assert model.fault_names == ("offset_left", "loss_right", "bias_range0", "scale_range0", *rates)
+    assert model.space.units[2:] == ("N", "1", "m", "1", "N/s", "m/s", "1/s")
+    assert model.space.added == 7
+    assert model.bounds == {"loss_right": 1.0, "scale_range0": 1.0}
+    np.testing.assert_allclose(np.diagonal(prior.cov)[2:] ** 0.5, [0.5, 0.1, 0.2, 0.1, 0.2, 0.1, 0.0], rtol=1e-15)
+    check_model(model)
+
+
+def test_a_fault_drifts_by_its_rate_and_the_plant_feels_its_size_alone():
+    base, model = cart(), faulty(cart(), *DRIFTING)[0]
+    x = state(0.4, 0.25, 0.2, 0.7, -0.3)
+    after = np.asarray(model.transition(x, moment()))
+    np.testing.assert_allclose(after[2:], [0.4 + 0.7 * STEP, 0.25, 0.2 - 0.3 * STEP, 0.7, -0.3], rtol=1e-15)
+    expected = base.transition(state(), moment((3.0 + 0.4, (1 - 0.25) * -2.0)))
+    np.testing.assert_allclose(after[:2], expected, rtol=4 * np.finfo(float).eps)
+    assert float(model.observe(x, moment())[0]) == pytest.approx(1.0 + 0.2, rel=1e-15)
+
+
+def test_the_noise_of_a_drift_over_two_steps_is_that_over_both_together():
+    model = faulty(cart(), *DRIFTING[:2])[0]
+    x = state(0.0, 0.0, 0.0)
+    moving = np.array(jax.jacobian(lambda x: model.transition(x, moment()))(x))[2:, 2:]
+    once, twice = (np.asarray(model.process_noise(x, moment(dt=dt)))[2:, 2:] for dt in (STEP, 2 * STEP))
+    np.testing.assert_allclose(moving @ once @ moving.T + once, twice, rtol=1e-13, atol=1e-18)
+    assert twice[0, 2] == pytest.approx(0.05**2 * (2 * STEP) ** 2 / 2)
+    assert not np.asarray(model.process_noise(x, moment(dt=0.0)))[2:, 2:].any()
+
+
+@pytest.mark.parametrize(
+    ("fault", "of"),
+    [
+        (actuator_offset, "left"),
+        (loss_of_effectiveness, "left"),
+        (sensor_bias, "range1"),
+        (sensor_scale_error, "range1"),
+    ],
+)
+def test_a_ramp_without_noise_is_followed_without_lag_and_by_a_walk_with(fault, of):
+    rate = 0.02  # 1/s
+    t = STEP * np.arange(400)
+    u = np.stack([np.sin(t), np.cos(t)], axis=1)
+    drifting, prior = faulty(cart(2), fault(of, sigma=1.0, rate_sigma=1.0))
+    start = jnp.array([1.0, 0.5, 0.1, rate])
+    log = nominal_log(drifting, gf.make_prior(drifting, start, np.zeros(4)), t, u)
+    off = gf.run(gf.kalman_filter(), drifting, prior, log).error()[-1, 2:]
+    walking, short = faulty(cart(2), fault(of, sigma=1.0, walk=1e-3))
+    truth = {name: log.truth[name] for name in walking.space.names}
+    lag = gf.run(gf.kalman_filter(), walking, short, dataclasses.replace(log, truth=truth)).error()[-1, 2]
+    # What is left is the prior's share: its information over the record's.
+    assert np.abs(off).max() < 1e-4
+    assert lag > 50 * np.abs(off).max()
+
+
+def test_isolability_counts_the_rate():
+    model, prior = faulty(
+        cart(2), sensor_bias("range1", sigma=1.0, rate_sigma=1e-3), actuator_offset("left", sigma=1.0)
+    )
+    t, u = STEP * np.arange(200), np.zeros((200, 2))
+    whole = isolability(model, prior, nominal_log(model, prior, t, u))
+    assert whole.names == ("bias_range1", "offset_left", "bias_range1_rate")
+    assert whole.information.rank == 3
+    # A tenth of the time tells a thousandth of a slope's information.
+    short = isolability(model, prior, nominal_log(model, prior, t[:20], u[:20]))
+    assert short.information.rank == 2
+    assert short.information.unobserved == ("bias_range1_rate",)
+
+
+def test_a_jump_bank_finds_where_a_ramp_begins():
+    onset, rate = 20.0, 0.05
+    model, prior = faulty(cart(2), actuator_offset("left", sigma=0.01, rate_sigma=1e-4))
+    t, u = STEP * np.arange(400), np.ones((400, 2))
+    start = gf.make_prior(model, np.zeros(4), np.zeros(4))
+    sound = gf.draw_log(model, start, t, u, key=jax.random.key(8))
+    bank = GeneralizedLikelihoodRatio(gf.two_stage_kalman_filter(), bounds={"offset_left_rate": 1.0}, hold=20)
+    # What the plant would have done with the ramp, linear as it is.
+    ramp = np.where(t >= onset, rate * (t - onset), 0.0)
+    moved = nominal_log(
+        cart(2), gf.make_prior(cart(2), [0.0, 0.0], [0.0, 0.0]), t, np.stack([np.r_[0, ramp[:-1]], 0 * t], 1)
+    )
+    log = dataclasses.replace(sound, y=sound.y + moved.y, truth={})
+    report = gf.run(bank, model, prior, log).memories
+    rows = np.flatnonzero(report.alarm)
+    assert len(rows)
+    assert model.fault_names[int(report.bias[rows[0]])] == "offset_left_rate"
+    assert onset < t[rows[0]] < onset + 5
+    assert t[rows[0]] - STEP * int(report.age[rows[0]]) == pytest.approx(onset, abs=1.5)

@@ -130,6 +130,21 @@ def test_every_form_of_the_model_moves_alike(rng: np.random.Generator) -> None:
         np.testing.assert_allclose(attitudes[k], attitudes[0], atol=1e-6)
 
 
+def test_an_euler_step_of_the_model_errs_by_the_square_of_the_interval(rng: np.random.Generator) -> None:
+    craft = RigidSpacecraft(INERTIA)
+    start = jnp.array([0.1, -0.06, 0.062, 0.2, -0.1, 0.3])  # rad/s, rad
+    u = jnp.asarray(rng.normal(size=6) * 0.1)
+    models = [spacecraft_model(craft, step=step) for step in ("runge_kutta_4", "euler")]  # type: ignore[arg-type]
+    errors = []
+    for dt in (0.05, 0.025):
+        when = Instant(jnp.asarray(20.0 + dt), jnp.asarray(dt), u)
+        exact, lagging = (model.transition(start, when) for model in models)
+        errors.append(np.abs(lagging - exact).max())
+    # The angles' acceleration is about 0.01 rad/s^2.
+    assert 1e-7 < errors[0] < 1e-3
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.05)
+
+
 @pytest.mark.parametrize("name", FORMS)
 def test_every_form_is_a_model(name: str) -> None:
     check_model(rigid_spacecraft(name), u=np.full(6, 0.05))  # type: ignore[arg-type]

@@ -22,6 +22,7 @@ from .injection import (
     Intermittent,
     Loss,
     NoiseIncrease,
+    Outliers,
     Stuck,
 )
 from .isolation import Isolability, Pair, isolability, nominal_log
@@ -38,6 +39,7 @@ from .metrics import (
 from .modelling import FaultModel, base_prior, extend_prior, with_faults
 from .records import inject
 from .signals import FaultySignals, check_signals, disturb
+from .tracks import parameter_tracks, ramp, reflected_walk
 
 __all__ = [
     "AbstractInjection",
@@ -52,6 +54,7 @@ __all__ = [
     "Isolability",
     "Loss",
     "NoiseIncrease",
+    "Outliers",
     "Pair",
     "Stuck",
     "Threshold",
@@ -78,7 +81,10 @@ __all__ = [
     "missed_alarm_rate",
     "nominal_log",
     "normalised_innovations",
+    "parameter_tracks",
+    "ramp",
     "receiver_operating_characteristic",
+    "reflected_walk",
     "result_statistics",
     "sensor_bias",
     "sensor_scale_error",

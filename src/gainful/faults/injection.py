@@ -7,6 +7,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
+from ..errors import ConfigError
+
 
 class AbstractInjection(eqx.Module):
     """A fault of one signal between two times: `faulty = value + change` while it is active, `value` else.
@@ -145,6 +147,40 @@ class NoiseIncrease(AbstractInjection):
 
     def change(self, value: Array, t: Array, key: Array) -> Array:
         return self.sigma * jax.random.normal(key, jnp.shape(value))
+
+
+class Outliers(AbstractInjection):
+    """Gross errors: with probability `share`, independent at every call with another key, white noise is added.
+
+    Attributes:
+        share: of values that are outliers, from 0 to 1.
+        sigma: of what is added to them, in the signal's unit.
+
+    Example:
+        >>> fault = Outliers("range", share=0.1, sigma=20.0)
+        >>> keys = jax.random.split(jax.random.key(0), 1000)
+        >>> int(sum(fault(5.0, 0.0, key) != 5.0 for key in keys))
+        99
+    """
+
+    signal: str = eqx.field(static=True)
+    share: Array | float
+    sigma: Array | float
+    onset: Array | float = 0.0
+    end: Array | float = float("inf")
+
+    def __check_init__(self) -> None:
+        if isinstance(self.share, (int, float)) and not 0 <= self.share <= 1:
+            raise ConfigError(f"share: expected a number from 0 to 1, got {self.share!r}")
+
+    @property
+    def random(self) -> bool:
+        return True
+
+    def change(self, value: Array, t: Array, key: Array) -> Array:
+        whether, how = jax.random.split(key)
+        gross = jax.random.bernoulli(whether, self.share, jnp.shape(value))
+        return jnp.where(gross, self.sigma * jax.random.normal(how, jnp.shape(value)), 0.0)
 
 
 class Intermittent(AbstractInjection):

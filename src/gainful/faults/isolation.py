@@ -164,7 +164,7 @@ def isolability(
         raise ShapeError(f"model: expected FaultModel, got {type(model).__name__}; make one with with_faults")
     if not 0 < level < 1:
         raise ConfigError(f"level: expected a correlation between 0 and 1, got {level!r}")
-    count, estimator, quiet = len(model.kinds), extended_kalman_filter(square_root=True), model.without_walk()
+    count, estimator, quiet = len(model.fault_names), extended_kalman_filter(square_root=True), model.without_walk()
     if onset is not None:
         after = log.t > onset
         if after.all() or not after.any():

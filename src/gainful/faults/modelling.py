@@ -13,6 +13,7 @@ from jaxtyping import Array, Float
 
 from ..errors import ModelError, ShapeError
 from ..estimates import AbstractEstimate, Gaussian
+from ..linalg import product
 from ..models import AbstractModel, Instant
 from ..models.base import block_diagonal
 from ..models.extended import AbstractExtendedModel
@@ -22,25 +23,26 @@ from .description import EFFECTS, Fault
 
 
 class FaultModel(AbstractExtendedModel):
-    """A model whose state ends with the sizes of its faults; made by `with_faults`.
+    """A model whose state ends with the sizes of its `k` faults and the rates of those that drift; made by `with_faults`.
 
     Attributes:
         base: the model without faults.
-        walk: sigma of each fault's random walk, per square root of a second or per step (k,).
-        rate: how fast each fault fades by itself [1/s]; 0 for one that stays (k,).
-        sigma: standard deviation of each before the first row; NaN where none was stated (k,).
-        bound: largest physical size of each (k,).
+        walk: sigma of the random walk of each size and rate, per square root of a second or per step (q,).
+        fading: how fast each fault fades by itself [1/s]; 0 for one that stays (k,).
+        sigma: standard deviation of each size and rate before the first row; NaN where none was stated (q,).
+        bound: largest physical size of each, infinite for rates (q,).
         kinds: "offset", "loss", "bias" or "scale".
         rows: the input each is in, or the output's degree of freedom.
         places: the same, counted in the numbers that store a point.
-        per_step: whether each one's walk is per step.
+        per_step: whether the walk of each one's size is per step.
+        drifting: which faults have a rate, counted from 0.
     """
 
     base: AbstractModel
-    walk: Float[Array, " k"]
-    rate: Float[Array, " k"]
-    sigma: Float[Array, " k"]
-    bound: Float[Array, " k"]
+    walk: Float[Array, " q"]
+    fading: Float[Array, " k"]
+    sigma: Float[Array, " q"]
+    bound: Float[Array, " q"]
     space: AbstractSpace
     output: AbstractSpace
     inputs: tuple[str, ...] = eqx.field(static=True)
@@ -50,10 +52,11 @@ class FaultModel(AbstractExtendedModel):
     rows: tuple[int, ...] = eqx.field(static=True)
     places: tuple[int, ...] = eqx.field(static=True)
     per_step: tuple[bool, ...] = eqx.field(static=True)
+    drifting: tuple[int, ...] = eqx.field(static=True, default=())
 
     @property
     def fault_names(self) -> tuple[str, ...]:
-        """Names of the fault states, in order."""
+        """Names of the fault states, in order: the sizes, then the rates."""
         return self.space.names[self.base.space.size :]
 
     @property
@@ -83,25 +86,35 @@ class FaultModel(AbstractExtendedModel):
         return jnp.stack([zero if term is None else term for term in terms])
 
     def _split(self, x: Array, when: Instant) -> tuple[Array, Array, Instant]:
-        """The base state, the sizes of the faults, and the moment with what the plant really gets."""
-        state, sizes = x[: self.base.space.size], x[self.base.space.size :]
-        added = self._added("input", when.u, sizes, len(self.inputs))
-        return state, sizes, when if added is None else Instant(when.t, when.dt, when.u + added)
+        """The base state, the sizes and rates of the faults, and the moment with what the plant really gets."""
+        state, faults = x[: self.base.space.size], x[self.base.space.size :]
+        added = self._added("input", when.u, faults, len(self.inputs))
+        return state, faults, when if added is None else Instant(when.t, when.dt, when.u + added)
 
     def transition(self, x: Float[Array, " size"], when: Instant) -> Float[Array, " size"]:
-        state, sizes, then = self._split(x, when)
-        return jnp.concatenate(
-            [self.base.transition(state, then), jnp.exp(-self.rate.astype(x.dtype) * when.dt) * sizes]
-        )
+        state, faults, then = self._split(x, when)
+        count = len(self.kinds)
+        sizes, rates = jnp.exp(-self.fading.astype(x.dtype) * when.dt) * faults[:count], faults[count:]
+        if self.drifting:
+            sizes = sizes.at[np.asarray(self.drifting)].add(when.dt * rates)
+        return jnp.concatenate([self.base.transition(state, then), sizes, rates])
 
     def process_noise(self, x: Float[Array, " size"], when: Instant) -> Float[Array, "dof dof"]:
         state, _, then = self._split(x, when)
-        spent = 2 * self.rate.astype(x.dtype) * when.dt
+        spent = 2 * self.fading.astype(x.dtype) * when.dt
         fading = spent > 0
         seconds = when.dt * jnp.where(fading, -jnp.expm1(-spent) / jnp.where(fading, spent, 1.0), 1.0)
         steps = jnp.where(when.dt > 0, jnp.ones_like(seconds), jnp.zeros_like(seconds))
-        variance = self.walk.astype(x.dtype) ** 2 * jnp.where(np.asarray(self.per_step), steps, seconds)
-        return block_diagonal([self.base.process_noise(state, then), jnp.diag(variance)])
+        variance = self.walk.astype(x.dtype) ** 2
+        count = len(self.kinds)
+        noise = jnp.diag(variance[:count] * jnp.where(np.asarray(self.per_step), steps, seconds))
+        if self.drifting:
+            # The integral of a random walk and the walk itself: [dt^3 / 3, dt^2 / 2; dt^2 / 2, dt].
+            which = jnp.eye(count, dtype=x.dtype)[:, np.asarray(self.drifting)]
+            own, across = product(which * variance[count:], which.T), which * variance[count:] * when.dt**2 / 2
+            rates = jnp.diag(variance[count:]) * when.dt
+            noise = jnp.block([[noise + own * when.dt**3 / 3, across], [across.T, rates]])
+        return block_diagonal([self.base.process_noise(state, then), noise])
 
     def observe(self, x: Float[Array, " size"], when: Instant) -> Float[Array, " output_size"]:
         state, sizes, then = self._split(x, when)
@@ -115,7 +128,7 @@ class FaultModel(AbstractExtendedModel):
 
 
 def with_faults(model: AbstractModel, faults: Sequence[Fault]) -> FaultModel:
-    """The model with the sizes of some faults estimated as further states, after its own.
+    """The model with the sizes of some faults estimated as further states, after its own; then the rates of those that drift.
 
     A fault of the state before an interval acts on that interval: an input's fault found at row `k` moved the state
     from row `k - 1` on. Faults of one signal add up, each acting on the sound value.
@@ -144,21 +157,25 @@ def with_faults(model: AbstractModel, faults: Sequence[Fault]) -> FaultModel:
     for fault in faults:
         if not isinstance(fault, Fault):
             raise ModelError(f"faults: expected Fault, got {type(fault).__name__}")
-        if fault.name in taken:
-            raise ModelError(f"faults: {fault.name!r} is already a state of the model")
-        taken.add(fault.name)
+        for name in fault.names:
+            if name in taken:
+                raise ModelError(f"faults: {name!r} is already a state of the model")
+            taken.add(name)
         row, place, unit = _place(model, fault)
         rows.append(row)
         places.append(place)
         units.append(unit)
-    sizes = Euclidean(tuple(fault.name for fault in faults), tuple(units))
+    drifting = tuple(i for i, fault in enumerate(faults) if fault.drifts)
+    names = [fault.name for fault in faults] + [faults[i].names[1] for i in drifting]
+    units += [f"{units[i]}/s" for i in drifting]
+    sigma = [fault.sigma for fault in faults] + [faults[i].rate_sigma for i in drifting]
     return FaultModel(
         base=model,
-        walk=jnp.asarray([float(fault.walk) for fault in faults]),
-        rate=jnp.asarray([1 / fault.time_constant for fault in faults]),
-        sigma=jnp.asarray([math.nan if fault.sigma is None else float(fault.sigma) for fault in faults]),
-        bound=jnp.asarray([float(fault.largest) for fault in faults]),
-        space=Product([model.space, sizes], added=model.space.added + len(faults)),
+        walk=jnp.asarray([float(fault.walk) for fault in faults] + [float(faults[i].rate_walk) for i in drifting]),
+        fading=jnp.asarray([1 / fault.time_constant for fault in faults]),
+        sigma=jnp.asarray([math.nan if value is None else float(value) for value in sigma]),
+        bound=jnp.asarray([float(fault.largest) for fault in faults] + [math.inf] * len(drifting)),
+        space=Product([model.space, Euclidean(tuple(names), tuple(units))], added=model.space.added + len(names)),
         output=model.output,
         inputs=model.inputs,
         input_units=model.input_units,
@@ -167,6 +184,7 @@ def with_faults(model: AbstractModel, faults: Sequence[Fault]) -> FaultModel:
         rows=tuple(rows),
         places=tuple(places),
         per_step=tuple(fault.per_step for fault in faults),
+        drifting=drifting,
     )
 
 

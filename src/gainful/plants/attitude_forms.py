@@ -4,6 +4,7 @@ import abc
 from typing import Literal
 
 import equinox as eqx
+import numpy as np
 from jaxtyping import Array, Float
 
 from ..control import AbstractAttitudeReference
@@ -11,6 +12,9 @@ from ..errors import ModelError, did_you_mean
 from ..spaces import AbstractSpace, make_space, quaternion_conjugate, quaternion_multiply
 from .euler312 import dcm_to_euler312, euler312_rates, euler312_to_dcm, quaternion_to_dcm
 from .targets import AbstractTarget
+
+_NEAR = 5.0  # degrees
+"""Angles so near their singularity are not to be trusted."""
 
 
 class AbstractAttitudeForm(AbstractAttitudeReference):
@@ -36,6 +40,10 @@ class AbstractAttitudeForm(AbstractAttitudeReference):
     def rates(self, w: Float[Array, "3"], attitude: Float[Array, " size"], t: Float[Array, ""]) -> Float[Array, "3"]:
         """How the attitude changes while the body turns at `w` [rad/s], as `space.velocity` takes it."""
 
+    def cautions(self, attitude: Float[np.ndarray, "T size"]) -> tuple[str, ...]:
+        """What a reader of estimates along these attitudes should know; nothing where no attitude is singular."""
+        return ()
+
     def target_rate(self, t: Float[Array, ""]) -> Float[Array, "3"]:
         return self.target.rate(t)
 
@@ -44,7 +52,7 @@ class AbstractAttitudeForm(AbstractAttitudeReference):
 
 
 class AbstractAngles(AbstractAttitudeForm):
-    """3-1-2 angles of the body relative to axes that turn."""
+    """3-1-2 angles of the body relative to axes that turn; singular where phi is 90 degrees."""
 
     @abc.abstractmethod
     def axes(self, t: Float[Array, ""]) -> Float[Array, "4"]:
@@ -62,6 +70,17 @@ class AbstractAngles(AbstractAttitudeForm):
 
     def rates(self, w: Float[Array, "3"], attitude: Float[Array, "3"], t: Float[Array, ""]) -> Float[Array, "3"]:
         return euler312_rates(attitude) @ (w - euler312_to_dcm(attitude) @ self.axes_rate(t))
+
+    def cautions(self, attitude: Float[np.ndarray, "T 3"]) -> tuple[str, ...]:
+        phi = attitude[:, 0]
+        apart = np.degrees(np.arcsin(np.abs(np.cos(phi[np.isfinite(phi)]))))  # from the next odd multiple of 90 degrees
+        near = int((apart < _NEAR).sum())
+        if not near:
+            return ()
+        return (
+            f"phi comes within {apart.min():.2g} degrees of 90, where these angles are singular, and stays within {_NEAR:g} "
+            f"in {near} of {len(phi)} rows; write the attitude as a quaternion",
+        )
 
 
 class TargetAngles(AbstractAngles):
