@@ -77,9 +77,14 @@ class MarginalSigmaPoints(AbstractLinearization):
         if self.form == "bias_free" or p == 0:
             base, inverse, _ = root_and_inverse(parts.base_cov)
             moves = jnp.concatenate([product(base, unit).T, jnp.zeros((unit.shape[1], p), at.dtype)], axis=1)
-            value, slope, left = regression(images(moves), rule, out_space)
+            # All in one call: a loop compiles every call of a model anew.
+            here = jnp.zeros((1, n + p), at.dtype)
+            points, moved, still = jnp.split(
+                images(jnp.concatenate([moves, along, here])), [len(moves), len(moves) + p]
+            )
+            value, slope, left = regression(points, rule, out_space)
             deficit, error = signed_columns(left, rule[2])
-            matrix = jnp.concatenate([product(slope, inverse), slopes(images(along), fn(at), value)], axis=1)
+            matrix = jnp.concatenate([product(slope, inverse), slopes(moved, still[0], value)], axis=1)
             return Affine(value, matrix, at, noise, error, deficit, space, out_space)
         bias, _ = root(parts.bias_cov)
         coupled = product(parts.coupling, bias)

@@ -2,7 +2,7 @@
 
 from .augment import AugmentedModel, augment
 from .base import AbstractModel, Instant, Sample
-from .discretize import runge_kutta_4, van_loan, zero_order_hold
+from .discretize import forward_euler, runge_kutta_4, van_loan, zero_order_hold
 from .functions import Sensor, sensor
 from .model import Model, continuous_model, discrete_model, linear_model
 
@@ -17,6 +17,7 @@ __all__ = [
     "continuous_model",
     "discrete_model",
     "linear_model",
+    "forward_euler",
     "runge_kutta_4",
     "sensor",
     "van_loan",

@@ -4,6 +4,7 @@ import abc
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from ..spaces import AbstractSpace
@@ -89,6 +90,10 @@ class AbstractModel(eqx.Module):
     @abc.abstractmethod
     def measurement_noise(self, x: Float[Array, " size"], when: Instant) -> Float[Array, "output_dof output_dof"]:
         """Covariance of the measurement noise."""
+
+    def cautions(self, x: Float[np.ndarray, "T size"]) -> tuple[str, ...]:
+        """What a reader of estimates along these states should know of the model there; nothing by default."""
+        return ()
 
 
 def block_diagonal(blocks: list[Float[Array, "_ _"]]) -> Float[Array, "n n"]:

@@ -1,4 +1,4 @@
-"""From continuous time to steps: Runge-Kutta 4 for the state, Van Loan's integral for the noise."""
+"""From continuous time to steps: Runge-Kutta 4 or Euler for the state, Van Loan's integral for the noise."""
 
 from __future__ import annotations
 
@@ -27,6 +27,19 @@ def runge_kutta_4(
     k3 = rate(x + 0.5 * dt * k2, t + 0.5 * dt)
     k4 = rate(x + dt * k3, t + dt)
     return x + dt / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
+
+
+def forward_euler(
+    rate: Callable[[Float[Array, " n"], Float[Array, ""]], Float[Array, " n"]],
+    x: Float[Array, " n"],
+    t: Float[Array, ""],
+    dt: Float[Array, ""],
+) -> Float[Array, " n"]:
+    """One Euler step of `dx/dt = rate(x, t)` from `t` to `t + dt`; first order in `dt`.
+
+    A quarter of the work of `runge_kutta_4`, for steps so short that `dt` times the acceleration of the state does not matter.
+    """
+    return x + dt * rate(x, t)
 
 
 def van_loan(

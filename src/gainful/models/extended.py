@@ -3,7 +3,8 @@
 from typing import Self
 
 import equinox as eqx
-from jaxtyping import Array
+import numpy as np
+from jaxtyping import Array, Float
 
 from .base import AbstractModel
 
@@ -28,6 +29,9 @@ class AbstractExtendedModel(AbstractModel):
     @property
     def noise_takes_dt(self) -> bool:
         return self.base.noise_takes_dt
+
+    def cautions(self, x: Float[np.ndarray, "T size"]) -> tuple[str, ...]:
+        return self.base.cautions(x[:, : self.base.space.size])
 
     def with_parameters(self, values: dict[str, Array]) -> Self:
         base = self.base.with_parameters(values)

@@ -45,6 +45,12 @@ class Model(AbstractModel):
     def with_parameters(self, values: dict[str, Array]) -> Model:
         return eqx.tree_at(lambda model: model.parameters, self, self.parameters | values)
 
+    def cautions(self, x: Float[np.ndarray, "T size"]) -> tuple[str, ...]:
+        # A transition that is a module may know where it is not to be believed.
+        transition = getattr(self.dynamics, "f", None)
+        told = getattr(getattr(transition, "fn", None), "cautions", None)
+        return () if told is None else told(x)
+
     def transition(self, x: Float[Array, " size"], when: Instant) -> Float[Array, " size"]:
         moved = self.dynamics.move(self.space, x, when, self.parameters)
         return jnp.where(when.dt > 0, moved, x)

@@ -1,7 +1,17 @@
 """Running estimators along records, and plants in closed loops."""
 
 from .closed_loop import simulate
+from .disturbances import (
+    AbstractDisturbance,
+    Drawn,
+    GaussianMixture,
+    GaussianNoise,
+    ImpulseBursts,
+    SkewedOutliers,
+    StudentTNoise,
+)
 from .drawing import draw, draw_log
+from .fixed_lag import fixed_lag
 from .log import Log, make_log, split_long_steps
 from .loop import Observer, Rates, Simulated
 from .plant import AbstractController, AbstractPlant, Reading
@@ -12,16 +22,24 @@ from .smooth import smooth
 
 __all__ = [
     "AbstractController",
+    "AbstractDisturbance",
     "AbstractPlant",
+    "Drawn",
+    "GaussianMixture",
+    "GaussianNoise",
+    "ImpulseBursts",
     "Log",
     "Observer",
     "Rates",
     "Reading",
     "Result",
     "Simulated",
+    "SkewedOutliers",
+    "StudentTNoise",
     "Timing",
     "draw",
     "draw_log",
+    "fixed_lag",
     "log_likelihood",
     "make_log",
     "make_prior",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable
 from typing import Any
@@ -30,26 +31,35 @@ class Frozen:
 
 
 _executables: dict[Any, Any] = {}
+_locks: dict[Any, threading.Lock] = {}
+_guard = threading.Lock()
 
 
-def compiled_call(fn: Callable[..., Any], fixed: Any, *moving: Any) -> tuple[Any, float]:
+def compiled_call(fn: Callable[..., Any], fixed: Any, *moving: Any, quick: bool = False) -> tuple[Any, float]:
     """`fn(fixed, *moving)` through XLA, and the seconds spent compiling (0 when the program is known already).
+
+    Threads may call it at the same time: different programs are compiled side by side, the same one once.
 
     Args:
         fn: a module-level function.
         fixed: a tree with arrays and non-arrays (estimator, model); programs are shared where the non-arrays are equal.
         moving: trees of arrays.
+        quick: compiled three times sooner and run five times slower, for programs that are called a few times; the last
+            digits differ.
     """
     arrays, rest = eqx.partition((fixed, moving), eqx.is_array)
     frozen = Frozen(rest)
     leaves, structure = jax.tree.flatten(arrays)
-    key = (fn, frozen, structure, tuple((leaf.shape, str(leaf.dtype)) for leaf in leaves))
-    seconds = 0.0
-    if key not in _executables:
-        begin = time.perf_counter()
-        program = jax.jit(lambda parts: _apply(fn, parts, frozen), compiler_options=compiler_options())
-        _executables[key] = program.lower(arrays).compile()
-        seconds = time.perf_counter() - begin
+    key = (fn, frozen, structure, tuple((leaf.shape, str(leaf.dtype)) for leaf in leaves), quick)
+    with _guard:
+        lock = _locks.setdefault(key, threading.Lock())
+    with lock:
+        seconds = 0.0
+        if key not in _executables:
+            begin = time.perf_counter()
+            program = jax.jit(lambda parts: _apply(fn, parts, frozen), compiler_options=compiler_options(quick=quick))
+            _executables[key] = program.lower(arrays).compile()
+            seconds = time.perf_counter() - begin
     return _executables[key](arrays), seconds
 
 

@@ -42,7 +42,7 @@ def make_prior(model: AbstractModel, mean: Any, std: Any = None, *, cov: Any = N
     if (std is None) == (cov is None):
         raise CovarianceError("prior: expected either std or cov, got " + ("both" if std is not None else "neither"))
     if std is not None:
-        sigma = _deviations(space, std) * _tangent_scale(space, point)
+        sigma = _deviations(space, std) * tangent_scale(space, point)
         cov = np.diag(sigma**2)
     matrix = _numbers(cov, "prior cov")
     if matrix.shape != (space.dof, space.dof):
@@ -147,7 +147,7 @@ def _known(given: Mapping[str, Any], role: str, space: AbstractSpace) -> None:
             raise ShapeError(f"{role}: {name!r} is not a state of the model; {did_you_mean(str(name), names)}")
 
 
-def _tangent_scale(space: AbstractSpace, point: np.ndarray) -> np.ndarray:
+def tangent_scale(space: AbstractSpace, point: np.ndarray) -> np.ndarray:
     """Tangent units per own unit at a point: 1 but for bounded numbers."""
     scale, i = [], 0
     for part in space.parts:

@@ -48,6 +48,7 @@ class Result:
         timing: seconds spent compiling and running.
         warnings: what a reader of the numbers should know.
         filtered: the filter's own result where this one is smoothed.
+        lag: how far ahead of its row a smoothed estimate looks [s]; None if over the whole record.
     """
 
     estimator: AbstractEstimator
@@ -65,6 +66,7 @@ class Result:
     timing: Timing
     warnings: tuple[str, ...] = ()
     filtered: Result | None = None
+    lag: float | None = None
 
     @property
     def t(self) -> np.ndarray:
@@ -78,7 +80,7 @@ class Result:
 
     @property
     def smoothed(self) -> bool:
-        """Whether each estimate uses the whole record."""
+        """Whether estimates use what came after them: the whole record, or `lag` seconds of it."""
         return self.filtered is not None
 
     @functools.cached_property

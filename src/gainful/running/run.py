@@ -104,6 +104,7 @@ def run(
         f.name: np.asarray(getattr(infos, f.name)) for f in dataclasses.fields(Info) if f.name not in trees
     }
     timing = Timing(compile_seconds, seconds - compile_seconds)
+    warnings += model.cautions(np.asarray(infos.estimate.mean))
     result = Result(
         estimator, model, prior, data, infos.estimate, infos.memory, **arrays, timing=timing, warnings=warnings
     )

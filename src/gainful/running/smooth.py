@@ -1,4 +1,4 @@
-"""Estimates that use the whole record."""
+"""Estimates that use the whole record, or what comes a little later."""
 
 from __future__ import annotations
 
@@ -10,16 +10,18 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from ..errors import ModelError, Status
+from ..errors import ConfigError, ModelError, Status
 from ..estimates import AbstractEstimate
-from ..filters import Carry, KalmanFilter
+from ..filters import KalmanFilter
 from ..models import AbstractModel, Sample
+from .backward import backward_map, neighbours, revised, with_last
 from .compiled import compiled_call
+from .fixed_lag import lagged
 from .result import Result, Timing
 from .run import samples_of
 
 
-def smooth(result: Result) -> Result:
+def smooth(result: Result, *, lag: float | None = None) -> Result:
     """The Rauch-Tung-Striebel smoother, for every linearization and every estimate.
 
     ```
@@ -33,9 +35,12 @@ def smooth(result: Result) -> Result:
 
     Args:
         result: of a filter.
+        lag: use the record only until so many seconds after each row, as a stream delivers it with that delay [s]; 0
+            leaves the filter's estimates. Costs one pass over the record per row within the lag.
 
     Raises:
         ModelError: the result was not made by a Kalman filter, or is smoothed already.
+        ConfigError: a lag below 0.
 
     Source: Rauch, Tung and Striebel (1965), AIAA J. 3(8):1445-1450; Sarkka (2008), IEEE Trans. Autom. Control
         53(3):845-849 for sigma points.
@@ -47,15 +52,20 @@ def smooth(result: Result) -> Result:
         )
     if result.smoothed:
         raise ModelError("smooth: the result is smoothed already")
+    if lag is not None and not lag >= 0:
+        raise ConfigError(f"lag: expected seconds of at least 0, got {lag!r}")
     samples = samples_of(result.log, result.prior.mean.dtype)
     begin = time.perf_counter()
     parts = (result.estimator, result.model)
     counted = jnp.isin(jnp.asarray(result.status), jnp.asarray([Status.ok, Status.rejected]))
     filtered = (result.estimates, result.memories)
-    estimates, compile_seconds = compiled_call(_smooth, parts, filtered, counted, samples)
+    if lag is None or lag >= result.t[-1] - result.t[0] > 0:
+        estimates, compile_seconds = compiled_call(_smooth, parts, filtered, counted, samples)
+    else:
+        estimates, compile_seconds = compiled_call(lagged, parts, filtered, counted, samples, jnp.asarray(lag, float))
     estimates = jax.block_until_ready(estimates)
     timing = Timing(compile_seconds, time.perf_counter() - begin - compile_seconds)
-    return dataclasses.replace(result, estimates=estimates, timing=timing, filtered=result)
+    return dataclasses.replace(result, estimates=estimates, timing=timing, filtered=result, lag=lag)
 
 
 def _smooth(
@@ -64,23 +74,11 @@ def _smooth(
     counted: Array,
     samples: Sample,
 ) -> AbstractEstimate:
-    estimator, model = parts
-
-    def backward(future: AbstractEstimate, row: tuple[AbstractEstimate, Any, Sample, Any]) -> tuple[Any, Any]:
-        estimate, memory, following, (remembered, counted) = row
-        carry = Carry(estimate, *memory)
-        affine = estimator.transition_map(model, carry, following)
-        process = estimator.process_noise(model, carry, following)
-        extra = estimator.update.added(remembered[0], estimate.push(affine), process)
-        affine = affine if extra is None else affine.plus_noise(jnp.where(counted, extra, 0.0))
-        revised = estimate.revise(affine, future)
-        # Across a step whose map is not finite the filter kept its last estimate, and nothing later speaks of this one.
-        crossed = jnp.all(jnp.stack([jnp.all(jnp.isfinite(leaf)) for leaf in jax.tree.leaves(affine)]))
-        revised = jax.tree.map(lambda new, old: jnp.where(crossed, new, old), revised, estimate)
-        return revised, revised
+    def backward(future: AbstractEstimate, row: tuple[Any, Any]) -> tuple[AbstractEstimate, AbstractEstimate]:
+        now = row[0]
+        new = revised(now[0], backward_map(parts, *row), future)
+        return new, new
 
     last = jax.tree.map(lambda values: values[-1], filtered[0])
-    estimates, memories = jax.tree.map(lambda values: values[:-1], filtered)
-    following, remembered = jax.tree.map(lambda values: values[1:], (samples, (filtered[1], counted)))
-    _, smoothed = jax.lax.scan(backward, last, (estimates, memories, following, remembered), reverse=True)
-    return jax.tree.map(lambda body, end: jnp.concatenate([body, end[None]]), smoothed, last)
+    _, smoothed = jax.lax.scan(backward, last, neighbours(filtered, counted, samples), reverse=True)
+    return with_last(smoothed, filtered[0])

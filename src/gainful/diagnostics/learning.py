@@ -1,0 +1,117 @@
+"""What a record told of the parameters that were estimated with the states, and when they changed."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import jax
+import numpy as np
+
+from ..models import AbstractModel, AugmentedModel
+from ..models.extended import AbstractExtendedModel
+from ..running import Result
+from ..updates import ChangeDetection, Changes
+
+NOTHING = 0.9
+"""A parameter whose sigma is still this share of what it was before has not been learned."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Change:
+    """A state that was found to have changed suddenly.
+
+    Attributes:
+        state: its name, as the covariance has it.
+        t: time of the alarm [s].
+        up: whether it grew.
+    """
+
+    state: str
+    t: float
+    up: bool
+
+
+@dataclasses.dataclass(frozen=True)
+class Learned:
+    """What a record told of a parameter.
+
+    Attributes:
+        name: of the parameter.
+        before: standard deviation before the first row, in tangent units.
+        after: the least the filter had at any row.
+        changes: sudden changes that were found.
+    """
+
+    name: str
+    before: float
+    after: float
+    changes: tuple[Change, ...]
+
+    @property
+    def warning(self) -> str:
+        """What to think of it, or nothing."""
+        if not self.after > NOTHING * self.before:
+            return ""
+        return (
+            f"next to nothing was learned of {self.name}: its sigma never fell below {self.after:.3g}, from {self.before:.3g} "
+            "before the first row; is it excited, and does it differ in effect from the others?"
+        )
+
+
+def changes(result: Result) -> tuple[Change, ...]:
+    """The sudden changes that a `ChangeDetection` in the filter found, in time order.
+
+    Args:
+        result: of a run, or a smoothed one.
+    """
+    found = result if result.filtered is None else result.filtered
+    watchers = _all(found.estimator, ChangeDetection)
+    out = []
+    for watcher, memory in zip(watchers, _all(found.memories, Changes), strict=True):
+        alarm = np.asarray(memory.alarm)
+        for k, name in enumerate(watcher.jumps):
+            out += [Change(name, float(found.t[i]), bool(alarm[i, k] > 0)) for i in np.flatnonzero(alarm[:, k])]
+    return tuple(sorted(out, key=lambda each: each.t))
+
+
+def learned(result: Result) -> tuple[Learned, ...]:
+    """What a record told of each parameter that is estimated as a state; nothing if there are none.
+
+    Args:
+        result: of a run; of a smoothed one the filter is judged.
+    """
+    found = result if result.filtered is None else result.filtered
+    space = found.model.space
+    own, before = _parameters(found.model), np.sqrt(np.diagonal(np.asarray(found.prior.cov)))
+    names = dict(zip(space.tangent_names, _names(found.model), strict=True))
+    when = changes(result)
+    return tuple(
+        Learned(
+            names[tangent],
+            float(before[j]),
+            float(found.std[found.log.kept, j].min()),
+            tuple(each for each in when if each.state == tangent),
+        )
+        for j, tangent in enumerate(space.tangent_names)
+        if names[tangent] in own
+    )
+
+
+def _names(model: AbstractModel) -> list[str]:
+    """The state that each degree of freedom belongs to."""
+    out: list[str] = []
+    for part in model.space.parts:
+        out += part.names if part.size == part.dof else part.tangent_names
+    return out
+
+
+def _parameters(model: AbstractModel) -> set[str]:
+    found = set(model.parameter_names) if isinstance(model, AugmentedModel) else set()
+    return found | _parameters(model.base) if isinstance(model, AbstractExtendedModel) else found
+
+
+def _all(tree: Any, kind: type) -> list[Any]:
+    return [
+        leaf for leaf in jax.tree.leaves(tree, is_leaf=lambda each: isinstance(each, kind)) if isinstance(leaf, kind)
+    ]
