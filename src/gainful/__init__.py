@@ -14,18 +14,25 @@ from .filters import (
     adaptive_two_stage_unscented_kalman_filter,
     cubature_kalman_filter,
     extended_kalman_filter,
+    huber_kalman_filter,
     iterated_extended_kalman_filter,
     kalman_filter,
+    maximum_correntropy_kalman_filter,
+    robust_extended_kalman_filter,
+    robust_unscented_kalman_filter,
+    student_t_kalman_filter,
     two_stage_extended_kalman_filter,
     two_stage_kalman_filter,
     two_stage_unscented_kalman_filter,
     unscented_kalman_filter,
+    weighted_likelihood_kalman_filter,
 )
 from .io import Column, LocalFrame, Source, read_log
 from .linearization import Cubature, GaussHermite, MarginalSigmaPoints, SigmaPoints, Taylor, Unscented
 from .live import OnlineFilter
 from .models import augment, continuous_model, discrete_model, linear_model, sensor
-from .noise import Nominal, Scaled
+from .noise import Capped, Nominal, Scaled
+from .regression import RecursiveLeastSquares, RecursiveTotalLeastSquares, regression_model
 from .running import (
     Log,
     Result,
@@ -40,10 +47,24 @@ from .running import (
     simulate,
     smooth,
 )
-from .updates import Exact, Gated, InnovationScaling, Iterated, StrongTracking
+from .updates import (
+    ChangeDetection,
+    Exact,
+    Gated,
+    HuberReweighted,
+    InnovationScaling,
+    Iterated,
+    MasreliezMartin,
+    MaximumCorrentropy,
+    StrongTracking,
+    StudentT,
+    WeightedLikelihood,
+)
 from .version import __version__
 
 __all__ = [
+    "Capped",
+    "ChangeDetection",
     "Column",
     "Cubature",
     "Exact",
@@ -52,6 +73,7 @@ __all__ = [
     "GaussHermite",
     "Gaussian",
     "GeneralizedLikelihoodRatio",
+    "HuberReweighted",
     "InnovationScaling",
     "InteractingMultipleModel",
     "Iterated",
@@ -59,17 +81,23 @@ __all__ = [
     "LocalFrame",
     "Log",
     "MarginalSigmaPoints",
+    "MasreliezMartin",
+    "MaximumCorrentropy",
     "Nominal",
     "OnlineFilter",
+    "RecursiveLeastSquares",
+    "RecursiveTotalLeastSquares",
     "Result",
     "Scaled",
     "SigmaPoints",
     "Source",
     "SquareRoot",
     "StrongTracking",
+    "StudentT",
     "Taylor",
     "TwoStage",
     "Unscented",
+    "WeightedLikelihood",
     "__version__",
     "adaptive_two_stage_unscented_kalman_filter",
     "augment",
@@ -78,14 +106,19 @@ __all__ = [
     "discrete_model",
     "draw_log",
     "extended_kalman_filter",
+    "huber_kalman_filter",
     "iterated_extended_kalman_filter",
     "kalman_filter",
     "linear_model",
     "log_likelihood",
     "make_log",
     "make_prior",
+    "maximum_correntropy_kalman_filter",
     "observability",
     "read_log",
+    "regression_model",
+    "robust_extended_kalman_filter",
+    "robust_unscented_kalman_filter",
     "run",
     "run_many",
     "samples_of",
@@ -93,10 +126,12 @@ __all__ = [
     "sensor",
     "simulate",
     "smooth",
+    "student_t_kalman_filter",
     "two_stage_extended_kalman_filter",
     "two_stage_kalman_filter",
     "two_stage_unscented_kalman_filter",
     "unscented_kalman_filter",
     "verdict",
+    "weighted_likelihood_kalman_filter",
     "with_faults",
 ]

@@ -94,7 +94,7 @@ MESSAGES = [
     ),
     (lambda: make_filter({"kind": "imm", "members": "ekf"}), "filter.members: expected a list of filters, got 'ekf'"),
     (
-        lambda: build_filter(config(filter="glr", options={"gate": 0.999})),
+        lambda: build_filter(config(filter="glr", options={"gate": 0.999}), walk()),
         "options.gate: expected a single filter to gate, got a GeneralizedLikelihoodRatio",
     ),
     (

@@ -60,6 +60,21 @@ MODELLING = [
         ModelError,
         "sigma of 'loss_u': expected a number of at least 0, got inf",
     ),
+    (
+        lambda: faults.Fault("loss", "u", rate_walk=0.1),
+        ModelError,
+        "rate_walk of 'loss_u': expected with rate_sigma, which makes the fault drift",
+    ),
+    (
+        lambda: faults.Fault("loss", "u", rate_sigma=0.1, time_constant=2.0),
+        ModelError,
+        "time_constant of 'loss_u': expected a fault that fades out or one that drifts, not both",
+    ),
+    (
+        lambda: faults.with_faults(plant(), [faults.Fault("loss", "u", rate_sigma=1.0), faults.Fault("loss", "u")]),
+        ModelError,
+        "faults: 'loss_u' is already a state of the model",
+    ),
     (lambda: faults.Fault("loss", "u", bound=0), ModelError, "bound of 'loss_u': expected a number above 0, got 0"),
     (lambda: faults.with_faults(plant(), []), ModelError, "faults: expected at least one, got none"),
     (lambda: faults.with_faults(plant(), ["u"]), ModelError, "faults: expected Fault, got str"),

@@ -72,6 +72,11 @@ LOOPS = [
         "state 'bias': expected a wheel or axis from 0 to 2, got 3",
     ),
     (lambda: rigid_spacecraft("targt"), ModelError, "attitude: 'targt' is not known; did you mean 'target'?"),
+    (
+        lambda: spacecraft_model(RigidSpacecraft(), step="eulr"),
+        ModelError,
+        "step: 'eulr' is not known; did you mean 'euler'?",
+    ),
     (lambda: RigidSpacecraft([1.0, 2.0]), ShapeError, "inertia: expected shape (3,) or (3, 3), got (2,)"),
     (lambda: RigidSpacecraft(start_error=0.1), ShapeError, "start_error: expected 3 angles, got shape ()"),
     (lambda: Wheels(np.eye(4)), ShapeError, "axes: expected shape (3, wheels), got (4, 4)"),

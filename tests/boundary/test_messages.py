@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import gainful as gf
-from gainful.diagnostics import chi_square_bounds, ljung_box, whiteness_tests
+from gainful.diagnostics import chi_square_bounds, ljung_box, step_cost, step_seconds, weighing, whiteness_tests
 from gainful.errors import (
     ConfigError,
     CovarianceError,
@@ -324,6 +324,14 @@ JUDGEMENTS = [
         ConfigError,
         "window: expected times within 0 to 5 s, got (7.0, 9.0)",
     ),
+    (
+        lambda: step_cost(gf.kalman_filter(), walk(), prior([0.0], [1.0]), None),
+        ShapeError,
+        "data: expected Log, got NoneType",
+    ),
+    (lambda: weighing(run_breakable(), window=0), ConfigError, "window: expected a whole number of at least 1, got 0"),
+    (lambda: weighing(run_breakable(), most=1.0), ConfigError, "most: expected a share between 0 and 1, got 1.0"),
+    (lambda: step_seconds({}, repeats=0), ConfigError, "repeats: expected a whole number of at least 1, got 0"),
 ]
 
 
@@ -367,6 +375,20 @@ def test_only_the_result_of_a_filter_can_be_smoothed_and_only_once():
         gf.smooth(dataclasses.replace(result, filtered=result))
     with pytest.raises(ModelError, match="smooth: expected the result of a Kalman filter, got one of str"):
         gf.smooth(dataclasses.replace(result, estimator="by hand"))
+
+
+def test_a_lag_of_the_smoother_is_not_negative():
+    with pytest.raises(ConfigError, match=r"lag: expected seconds of at least 0, got -1.0"):
+        gf.smooth(run_breakable(), lag=-1.0)
+
+
+def test_only_the_reports_of_a_filter_can_be_smoothed_with_a_lag():
+    result = run_breakable()
+    samples = gf.samples_of(result.log, float)
+    bank = gf.InteractingMultipleModel()
+    _, info = gf.scan(bank, result.model, result.prior, samples)
+    with pytest.raises(ModelError, match="fixed_lag: expected a Kalman filter, got a InteractingMultipleModel"):
+        gf.running.fixed_lag(bank, result.model, samples, info, 1.0)
 
 
 def test_a_record_along_which_the_model_diverges_cannot_be_judged_for_observability():

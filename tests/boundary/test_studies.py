@@ -32,6 +32,8 @@ from gainful.studies import (
     tune,
 )
 from gainful.studies.monte_carlo import run_experiment
+from gainful.studies.two_stage_fault_estimation.scenarios import OFFSET
+from gainful.studies.two_stage_fault_estimation.tuning import retune
 
 T = np.arange(3.0)
 
@@ -125,6 +127,16 @@ MESSAGES = [
         lambda: judged(lambda record, reading: {"r": 1.0}),
         ModelError,
         "measure of experiment 'e': expected ['q'], got ['r']",
+    ),
+    (
+        lambda: run_experiment(experiment(trace=lambda record, reading: {"ratio": reading}, kept=("ratios",)), 1, 0),
+        ModelError,
+        "experiment 'e': kept: 'ratios' is no trace; did you mean 'ratio'?",
+    ),
+    (
+        lambda: retune("GRL", OFFSET),
+        ConfigError,
+        "contender: 'GRL' was not tuned; did you mean 'GLR'?",
     ),
     (
         lambda: judged(lambda record, reading: {"q": reading}),

@@ -94,6 +94,32 @@ def test_an_injected_fault_is_found_timed_and_told_apart(folder, filter, within)
     assert found.isolability.startswith("all 2 faults observed")
 
 
+def test_alarms_of_a_jump_bank_are_those_of_the_faults_whatever_else_was_added_to_the_model(folder):
+    text = CONFIG.replace("[data]", "[model.augment]\nbiases = {{ pace = 1e-4 }}\n\n[data]", 1)
+    text = text.replace("mean = [0.0, 0.0]\nstd = [0.1, 0.1]", "mean = [0.0, 0.0, 0.0]\nstd = [0.1, 0.1, 0.1]")
+    (folder / "job.toml").write_text(text.format(filter=JUMPS, faults=STATES))
+    offset, loss = estimate(folder / "job.toml").faults.faults
+    assert 0 <= offset.delay < 2.0
+    assert not loss.times
+
+
+def test_a_fault_that_drifts_is_followed_and_smoothed_with_a_lag(folder):
+    text = CONFIG.replace('kind = "bias", signal = "left", size = 0.5', 'kind = "drift", signal = "left", size = 0.2')
+    drifting = STATES.replace('signal = "left", walk = 1e-3,', 'signal = "left", rate_sigma = 0.01, rate_walk = 0.05,')
+    text = text.format(filter='"tsekf"', faults=drifting) + "\n[options]\nlag = 1.0\n"
+    (folder / "job.toml").write_text(text)
+    done = estimate(folder / "job.toml", folder / "out")
+    offset, _, rate = done.faults.faults
+    assert (rate.name, rate.unit) == ("offset_left_rate", "m/s^2/s")
+    assert abs(offset.size - 0.2 * 19.9) < 4 * offset.sigma
+    assert abs(rate.size - 0.2) < 4 * rate.sigma
+    assert done.result.lag == 1.0
+    assert done.result.std[150, 2] < 0.9 * done.result.filtered.std[150, 2]
+    page = (folder / "out" / "report.html").read_text()
+    assert "smoothed with a lag of 1 s" in page
+    assert "which look 1 s ahead" in page
+
+
 def test_an_alarm_that_began_before_a_fault_does_not_count_it_as_missed(folder):
     """The first of the two is there already, and its alarm still on, when the second comes."""
     second = 'inject = [{{ kind = "bias", signal = "left", size = 0.2, onset = 20.0 }}, {{ '

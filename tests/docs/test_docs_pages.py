@@ -1,4 +1,7 @@
-"""The pages of the documentation run, and leave nothing out."""
+"""The pages of the documentation and the README run, keep their word, and leave nothing out.
+
+In one file, so that one process runs all pages and a command that several show is run once.
+"""
 
 from __future__ import annotations
 
@@ -18,13 +21,14 @@ from gainful.config.schema import (
     EstimateConfig,
     ModelSection,
     OptionsSection,
+    ParameterSection,
     PriorSection,
     SensorSection,
 )
 
 from .pages import ROOT, Session, blocks, merged
 
-DOCS = ROOT / "docs"
+DOCS, README = ROOT / "docs", ROOT / "README.md"
 PAGES = sorted(path for path in DOCS.rglob("*.md"))
 WITH_BLOCKS = [path for path in PAGES if blocks(path)]
 BASE = {
@@ -41,6 +45,7 @@ SECTIONS = {
     "A column": gf.Column,
     "`[[data.local]]`": gf.LocalFrame,
     "`[prior]`": PriorSection,
+    "`[parameters.NAME]`": ParameterSection,
     "`[options]`": OptionsSection,
 }
 
@@ -99,6 +104,42 @@ def test_every_page_is_in_the_navigation() -> None:
     Loader.add_multi_constructor("tag:yaml.org,2002:python/", lambda loader, suffix, node: suffix)
     given = yaml.load((ROOT / "mkdocs.yml").read_text(), Loader)["nav"]
     assert sorted(leaves(given)) == sorted(str(path.relative_to(DOCS)) for path in PAGES)
+
+
+def test_every_block_of_the_readme_runs_and_prints_what_it_says(session: Session) -> None:
+    session.play(README)
+
+
+def test_the_readmes_first_python_example_has_at_most_eight_lines() -> None:
+    first = next(block for block in blocks(README) if block.language == "python")
+    assert len([line for line in first.text.splitlines() if line.strip()]) <= 8
+
+
+def test_the_readmes_table_holds_the_errors_the_commands_print(session: Session) -> None:
+    session.play(README)
+    text = README.read_text(encoding="utf-8")
+    for words, file in (("ranges taken at their word", "rover_without_bias"), ("one bias state per beacon", "rover")):
+        given = re.search(rf"^\| {words} \| (.*) \| (.*) \|$", text, re.M)
+        printed = session.output(f"gainful estimate examples/rover/{file}.toml --out out/{file}")
+        distance = next(line for line in printed.splitlines() if "distance (x, y)" in line)
+        assert given is not None
+        assert [float(number) for number in given.groups()] == pytest.approx(
+            [float(number) for number in re.findall(r"\d+\.\d+", distance)], abs=0.006
+        )
+
+
+def test_the_configuration_the_readme_shows_is_valid() -> None:
+    shown = [block for block in blocks(README) if block.language == "toml"]
+    assert shown
+    for block in shown:
+        parse_config(tomllib.loads(block.text))
+
+
+@pytest.mark.parametrize("name", ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "examples/rover/README.md"])
+def test_every_file_a_text_links_to_is_there(name: str) -> None:
+    path = ROOT / name
+    for target in re.findall(r"\]\((?!https?:)([^)#]+)", path.read_text()):
+        assert (path.parent / target).exists(), f"{name}: {target}"
 
 
 def _rows(heading: str) -> dict[str, str]:

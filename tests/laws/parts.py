@@ -29,7 +29,17 @@ from gainful.linearization import (
 from gainful.models import AbstractModel
 from gainful.models.dynamics import AbstractDynamics, ContinuousDynamics, DiscreteDynamics, LinearDynamics
 from gainful.models.model import Model
-from gainful.noise import AbstractNoise, Scaled
+from gainful.noise import AbstractNoise, Capped, Scaled
+from gainful.regression import (
+    AbstractRowNoise,
+    ConstantRowNoise,
+    RateRowNoise,
+    RayleighTotalLeastSquares,
+    RecursiveLeastSquares,
+    RecursiveTotalLeastSquares,
+    RegressionModel,
+    regression_model,
+)
 from gainful.spaces import (
     AbstractSpace,
     Circle,
@@ -42,7 +52,18 @@ from gainful.spaces import (
     rotate,
 )
 from gainful.testing.cart import cart_model
-from gainful.updates import AbstractUpdate, Considered, InnovationScaling, StrongTracking
+from gainful.updates import (
+    AbstractUpdate,
+    ChangeDetection,
+    Considered,
+    HuberReweighted,
+    InnovationScaling,
+    MasreliezMartin,
+    MaximumCorrentropy,
+    StrongTracking,
+    StudentT,
+    WeightedLikelihood,
+)
 
 SPACES: dict[type, list[AbstractSpace]] = {
     Euclidean: [Euclidean(("a", "b"), ("m", "m/s"))],
@@ -81,18 +102,50 @@ LINEARIZATIONS: dict[type, list[AbstractLinearization]] = {
 UPDATES: dict[type, list[tuple[AbstractUpdate, AbstractUpdate]]] = {
     # With each the same update in the limit where it equals `Exact`.
     gf.Exact: [(gf.Exact(), gf.Exact())],
-    gf.Gated: [(gf.Gated(probability=0.9, reacquire=2), gf.Gated(probability=1.0))],
+    gf.Gated: [
+        (gf.Gated(probability=0.9, reacquire=2), gf.Gated(probability=1.0)),
+        (gf.Gated(probability=0.9, by="component"), gf.Gated(probability=1.0, by="component")),
+    ],
     gf.Iterated: [(gf.Iterated(iterations=3), gf.Iterated(iterations=1))],
     Considered: [(Considered(("heading",)), Considered())],
     InnovationScaling: [
         (InnovationScaling(order=("state", "measurement"), window=3, gate=0.5), InnovationScaling(gate=0.0)),
     ],
     StrongTracking: [(StrongTracking(memory=0.5, softening=1.0), StrongTracking(cap=1.0))],
+    MasreliezMartin: [
+        (MasreliezMartin(), MasreliezMartin(contamination=0.0)),
+        (
+            MasreliezMartin(threshold=1.0, covariance="expectation", whitening="cholesky"),
+            MasreliezMartin(threshold=1e9, covariance="expectation", whitening="cholesky"),
+        ),
+        (
+            MasreliezMartin(joint=True, whitening="symmetric"),
+            MasreliezMartin(0.0, joint=True, whitening="symmetric"),
+        ),
+    ],
+    # Readings are up to some thousand sigmas off, so that limits must be as large to be limits.
+    HuberReweighted: [(HuberReweighted(iterations=3), HuberReweighted(contamination=0.0))],
+    StudentT: [(StudentT(dof=4.0), StudentT(dof=1e16)), (StudentT(joint=True), StudentT(dof=1e16, joint=True))],
+    MaximumCorrentropy: [(MaximumCorrentropy(), MaximumCorrentropy(bandwidth=1e9))],
+    WeightedLikelihood: [
+        (WeightedLikelihood(), WeightedLikelihood(scale=1e9)),
+        (WeightedLikelihood(scale=4.0, joint=True), WeightedLikelihood(scale=1e9, joint=True)),
+    ],
+    ChangeDetection: [
+        (
+            ChangeDetection({"heading": 0.3}, threshold=2.0, arm_after=2, dead_time=2),
+            ChangeDetection({"heading": 0.3}, MasreliezMartin(contamination=0.0), threshold=1e9),
+        )
+    ],
 }
+
+LIKE_HUBERS = (StudentT, MaximumCorrentropy, WeightedLikelihood)
+"""Updates that share their steps with `HuberReweighted`."""
 
 NOISES: dict[type, list[AbstractNoise]] = {
     gf.Nominal: [gf.Nominal()],
     Scaled: [Scaled({"heading": 3.0}, {"compass": 0.5})],
+    Capped: [Capped({"heading": 0.05}, Scaled({"heading": 3.0}))],
 }
 
 ESTIMATES: dict[type, list[type[AbstractEstimate]]] = {
@@ -161,7 +214,17 @@ MODELS: dict[type, list[AbstractModel]] = {
             cart_model(),
             [Fault("loss", "speed", 0.1, time_constant=3.0), Fault("bias", "compass", 0.1), Fault("scale", "along")],
         ),
+        with_faults(cart_model(), [Fault("offset", "speed", 0.1, rate_sigma=0.1, rate_walk=0.2)]),
     ],
+}
+
+MODELS[RegressionModel] = [
+    regression_model({"mass": "kg", "drag": "N s/m"}, ("a", "b"), unit="N", Q=[0.1, 0.0], R=0.04)
+]
+
+ROW_NOISES: dict[type, list[AbstractRowNoise]] = {
+    ConstantRowNoise: [ConstantRowNoise(0.1), ConstantRowNoise((0.1, 0.0, 0.2, 0.3))],
+    RateRowNoise: [RateRowNoise(0.1, 2.0, 0.05)],
 }
 
 DYNAMICS: dict[type, list[AbstractModel]] = {
@@ -175,6 +238,12 @@ DYNAMICS: dict[type, list[AbstractModel]] = {
 ESTIMATORS: dict[type, list[tuple[AbstractEstimator, AbstractModel | None]]] = {
     # With each the model it needs; the cart if None. Filters are tried in combinations too, see `combinations`.
     gf.KalmanFilter: [(gf.kalman_filter(), DYNAMICS[LinearDynamics][0])],
+    RecursiveLeastSquares: [(RecursiveLeastSquares(forgetting=0.9), MODELS[RegressionModel][0])],
+    RecursiveTotalLeastSquares: [
+        (RecursiveTotalLeastSquares(forgetting=0.9), MODELS[RegressionModel][0]),
+        (RecursiveTotalLeastSquares(form="covariance", gap_gate=False), MODELS[RegressionModel][0]),
+    ],
+    RayleighTotalLeastSquares: [(RayleighTotalLeastSquares(warm_start=4), MODELS[RegressionModel][0])],
     GeneralizedLikelihoodRatio: [
         (GeneralizedLikelihoodRatio(gf.KalmanFilter(), window=5, threshold=3.0), MODELS[gf.models.AugmentedModel][1])
     ],
@@ -198,6 +267,7 @@ KINDS: dict[type, dict[type, list[Any]]] = {
     AbstractEstimator: ESTIMATORS,
     AbstractModel: MODELS,
     AbstractDynamics: DYNAMICS,
+    AbstractRowNoise: ROW_NOISES,
 }
 
 _WITHOUT_PARTS = {"cli", "config", "io", "jobs", "live", "report", "testing"}
@@ -231,11 +301,14 @@ def flat(table: dict[type, list[Any]]) -> list[Any]:
 def combinations(full: bool) -> list[gf.KalmanFilter]:
     """Filters in which every pair of parts occurs; or all of them.
 
-    Sigma-point rules differ in numbers only, so the one with the most to go wrong, a negative weight, stands for all.
+    Sigma-point rules differ in numbers only, so the one with the most to go wrong, a negative weight, stands for all; one
+    instance stands for its class, and the reweighted update that doubts measurement and prediction for those that share
+    its steps.
     """
+    one_each = [entries[0][0] for kind, entries in UPDATES.items() if kind not in LIKE_HUBERS]
     axes = [
         flat(LINEARIZATIONS) if full else [gf.Taylor(), gf.SigmaPoints(Unscented(alpha=0.1))],
-        [update for update, _ in flat(UPDATES)],
+        [update for update, _ in flat(UPDATES)] if full else one_each,
         flat(NOISES),
         flat(ESTIMATES),
     ]

@@ -15,7 +15,7 @@ import pytest
 import scipy.linalg
 
 import gainful as gf
-from gainful.models import AbstractModel, Instant, van_loan, zero_order_hold
+from gainful.models import AbstractModel, Instant, forward_euler, runge_kutta_4, van_loan, zero_order_hold
 from gainful.testing import check_model
 
 from .parts import DYNAMICS, MODELS, flat, spring_model
@@ -180,6 +180,21 @@ def test_runge_kutta_is_of_fourth_order() -> None:
     errors = [np.abs(end(steps) - exact).max() for steps in (2, 4, 8)]
     for coarse, fine in itertools.pairwise(errors):
         assert 12 < coarse / fine < 22  # 2^4 to leading order
+
+
+def test_euler_is_of_first_order_and_runge_kutta_its_limit() -> None:
+    # dx/dt = -x from 1: the factor of an Euler step is 1 - dt, that of the exact solution exp(-dt).
+    def end(method: object, steps: int) -> float:
+        x, dt = jnp.ones(1), jnp.asarray(1.0 / steps)
+        for _ in range(steps):
+            x = method(lambda z, t: -z, x, jnp.zeros(()), dt)  # type: ignore[operator]
+        return float(x[0])
+
+    assert end(forward_euler, 8) == pytest.approx((1 - 1 / 8) ** 8, rel=1e-14)
+    errors = [abs(end(forward_euler, steps) - math.exp(-1)) for steps in (16, 32, 64)]
+    for coarse, fine in itertools.pairwise(errors):
+        assert 1.9 < coarse / fine < 2.1  # 2^1 to leading order
+    assert end(runge_kutta_4, 64) == pytest.approx(math.exp(-1), rel=1e-9)  # dt^4 / 120
 
 
 # Records --------------------------------------------------------------------------------------------------------------

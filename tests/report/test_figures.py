@@ -11,6 +11,7 @@ import pytest
 
 import gainful as gf
 from gainful.report import Section, figures_of
+from gainful.report.panels import add_band, panels, set_range
 from gainful.report.series import aligned, compact, drawable, extremes, scattered, settled_range
 from gainful.report.states import error_sections, state_sections
 from gainful.report.trajectory import position_pairs
@@ -272,3 +273,39 @@ def test_neighbours_that_say_the_same_say_it_once(attitude_sections):
     captions = [section.caption for section in attitude_sections if section.title == "Errors"]
     assert captions[1:] == ["Continued."]
     assert captions[0].startswith("Truth minus estimate")
+
+
+def test_alarms_are_upright_lines_across_the_panel_of_their_state(vehicle):
+    sections = figures_of(vehicle, {"heading": (3.0, 5.5), "x": ()})
+    first = next(section for section in sections if section.title == "States")
+    assert "Alarms are upright lines." in first.caption
+    (marks,) = [trace for trace in first.figure.data if trace.name == "alarm"]
+    heading = vehicle.model.space.names.index("heading")
+    axis = first.figure.layout["yaxis" if heading == 0 else f"yaxis{heading + 1}"]
+    assert marks.yaxis == ("y" if heading == 0 else f"y{heading + 1}")
+    np.testing.assert_array_equal(marks.x, [3.0, 3.0, 3.0, 5.5, 5.5, 5.5])
+    np.testing.assert_array_equal(marks.y, [*axis.range, np.nan] * 2)
+    assert not any(trace.name == "alarm" for section in figures_of(vehicle) for trace in section.figure.data)
+
+
+def test_alarms_move_with_times_that_are_counted_from_the_start(walk):
+    start = 1.7e9  # s
+    sections = figures_of(walk(200, start=start), {"level": (start + 1.0,)})
+    (marks,) = [trace for trace in sections[0].figure.data if trace.name == "alarm"]
+    np.testing.assert_allclose(marks.x, 1.0, atol=1e-6)
+
+
+@pytest.mark.parametrize(("turns", "dash"), [(5, "dash"), (400, None)])
+def test_bounds_are_dashed_unless_they_swing_too_fast_for_dashes(turns, dash):
+    t = np.linspace(0.0, 1.0, 1000)
+    bound = 2 + np.sin(np.pi * turns * t)
+    figure = panels(["x"], (0.0, 1.0))
+    add_band(figure, 1, t, -bound, bound, "bound", edge="#000000")
+    assert {trace.line.dash for trace in figure.data[1:]} == {dash}
+
+
+@pytest.mark.parametrize(("span", "words"), [(8e-5, "power"), (1e-3, "none")])
+def test_small_numbers_are_told_in_powers_of_ten(span, words):
+    figure = panels(["x"])
+    set_range(figure, 1, 0.0, span)
+    assert figure.layout.yaxis.exponentformat == words

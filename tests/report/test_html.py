@@ -216,3 +216,9 @@ def test_a_missing_package_is_named_with_its_cure(monkeypatch, name):
     monkeypatch.setitem(sys.modules, name, None)
     with pytest.raises(MissingExtraError, match=r"pip install 'gainful\[report\]'"):
         importlib.reload(gainful.report)
+
+
+def test_shares_are_told_in_per_cent_where_the_heading_says_so():
+    assert cell(0.9025, "inside 95 % band") == "90.2\N{NO-BREAK SPACE}%"
+    assert cell(0.9025, "share") == "0.9025"
+    assert cell(None, "inside 95 % band") == "\N{EN DASH}"

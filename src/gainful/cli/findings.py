@@ -52,13 +52,16 @@ def print_findings(job: StudyJob, console: Console | None = None) -> None:
 
 
 def _claims(outcome: Outcome) -> Table:
-    table = Table(title="claims", title_justify="left", title_style="bold", header_style="bold", show_lines=True)
-    for head, share in (("claim", 2), ("published", 2), ("measured", 4)):
-        table.add_column(head, ratio=share)
-    table.add_column("verdict", no_wrap=True)
+    """One line per claim; all checks are in the report."""
+    table = Table(title="claims", title_justify="left", title_style="bold", header_style="bold")
+    table.add_column("verdict", no_wrap=True, min_width=max(len(word) for word in _STYLE) + 2)  # with its mark
+    table.add_column("claim", no_wrap=True, overflow="ellipsis", ratio=2)
+    table.add_column("checks", no_wrap=True, justify="right")
+    table.add_column("what decides", no_wrap=True, overflow="ellipsis", ratio=5)
     for finding in outcome.findings:
         verdict = Text(f"{LOOKS[finding.verdict].mark} {finding.verdict}", style=_STYLE[finding.verdict])
-        table.add_row(Text(finding.claim.name), Text(finding.claim.published), Text(finding.reason), verdict)
+        told = f"{finding.telling.what}: {finding.telling.found}"
+        table.add_row(verdict, Text(finding.claim.name), Text(f"{finding.passed} of {len(finding.checks)}"), Text(told))
     return table
 
 

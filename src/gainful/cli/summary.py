@@ -9,8 +9,9 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from ..diagnostics import weighing
 from ..errors import Status
-from ..jobs import EstimateJob, fault_rows_of, state_rows
+from ..jobs import EstimateJob, fault_rows_of, parameter_rows, state_rows
 
 _STYLE = {True: "green", False: "yellow", None: "cyan"}
 
@@ -21,6 +22,9 @@ def print_summary(job: EstimateJob, console: Console | None = None) -> None:
     heads, rows = state_rows(job)
     console.print(_table(job.title, heads, rows))
     console.print(_table("measurements", *_measurement_rows(job)))
+    parameters = parameter_rows(job.result)
+    if parameters[1]:
+        console.print(_table("parameters", *parameters))
     if job.faults is not None:
         console.print(_table("faults", *fault_rows_of(job.faults)))
         console.print(Text(f"{job.faults.isolability}; alarms above {job.faults.limit}"))
@@ -51,14 +55,18 @@ def _cell(head: str, value: Any) -> str:
 
 
 def _measurement_rows(job: EstimateJob) -> tuple[list[str], list[list[Any]]]:
-    """Per signal: how often it was measured, missing and rejected."""
+    """Per signal: how often it was measured, missing and rejected, and where weights are between, how far it counted."""
     result = job.result if job.result.filtered is None else job.result.filtered
     kept = result.log.kept
     failed = result.status >= Status.not_positive
     rows = []
-    for j, name in enumerate(result.model.output.tangent_names):
+    for j, each in enumerate(weighing(result)):
         seen = result.seen[:, j] & kept
         rejected = seen & (result.weight[:, j] == 0) & ~failed
         sigma = float(np.sqrt(np.mean(result.residual[seen, j] ** 2))) if seen.any() else None
-        rows.append([name, int(seen.sum()), result.log.missing.get(name, 0), int(rejected.sum()), sigma])
-    return ["signal", "measured", "missing", "rejected", "innovation RMS"], rows
+        missing = result.log.missing.get(each.signal, 0)
+        rows.append([each.signal, int(seen.sum()), missing, int(rejected.sum()), each.clipped, each.outliers, sigma])
+    heads = ["signal", "measured", "missing", "rejected", "not in full, %", "below half, %", "innovation RMS"]
+    if not any(row[4] > row[3] / max(row[1], 1) for row in rows):  # nothing but rejections
+        heads, rows = heads[:4] + heads[6:], [row[:4] + row[6:] for row in rows]
+    return heads, rows

@@ -1,6 +1,6 @@
 """Configuration files: parts and records written down."""
 
-from .build import build_faults, build_filter, build_injections, build_model, build_prior
+from .build import build_faults, build_filter, build_injections, build_model, build_parameters, build_prior
 from .load import load_config, parse_config
 from .parts import FILTERS, KINDS, dump_part, make_filter, make_part
 from .schema import EstimateConfig
@@ -13,6 +13,7 @@ __all__ = [
     "build_filter",
     "build_injections",
     "build_model",
+    "build_parameters",
     "build_prior",
     "dump_part",
     "load_config",

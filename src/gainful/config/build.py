@@ -13,18 +13,19 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import equinox as eqx
 import jax
 
 from ..errors import ConfigError, GainfulError, did_you_mean
 from ..estimates import Gaussian
 from ..faults import (
+    AbstractInjection,
     Bias,
     Drift,
     Fault,
     FaultModel,
     Loss,
     NoiseIncrease,
+    Outliers,
     Stuck,
     extend_prior,
     inject,
@@ -35,9 +36,10 @@ from ..models import AbstractModel, augment, continuous_model, discrete_model, s
 from ..plants import CATALOGUE
 from ..running import Log, make_prior
 from ..running.checks import place_of
-from ..updates import Gated
-from .parts import make_filter
-from .schema import EstimateConfig, FaultSection, ModelSection, Signals
+from ..updates import AbstractUpdate, Gated
+from .parameters import extended_prior, watching, with_parameters
+from .parts import make_filter, make_part
+from .schema import EstimateConfig, FaultSection, InjectSection, ModelSection, Signals
 
 _ALWAYS = {"augment"}
 _CALLED = {"arguments"}
@@ -59,22 +61,46 @@ def build_model(section: ModelSection, base: Path) -> AbstractModel:
         model = _bare_model(section, base)
         if section.augment is None:
             return model
-        bounds = {name: _bounds(f"augment.bounds.{name}", values) for name, values in section.augment.bounds.items()}
-        return augment(model, parameters=section.augment.parameters, biases=section.augment.biases, bounds=bounds)
+        return augment(model, biases=section.augment.biases)
 
 
-def build_filter(config: EstimateConfig) -> AbstractEstimator:
-    """The filter of a configuration, gated where the options ask for it."""
+def build_filter(config: EstimateConfig, model: AbstractModel) -> AbstractEstimator:
+    """The filter of a configuration: with its update, gated where the options ask for it, watching the parameters.
+
+    Args:
+        config: the configuration.
+        model: with the parameters and faults of the configuration.
+
+    Raises:
+        ConfigError: an unknown part or option, or options for a single filter where there are several.
+    """
     chosen = make_filter(config.filter)
-    if config.options.gate is None:
-        return chosen
-    if not isinstance(chosen, KalmanFilter):
-        raise ConfigError(f"options.gate: expected a single filter to gate, got a {type(chosen).__name__}")
-    try:
-        gated = Gated(chosen.update, config.options.gate, config.options.reacquire)
-    except ConfigError as problem:
-        raise ConfigError(f"options: {str(problem).replace('probability', 'gate', 1)}") from problem
-    return eqx.tree_at(lambda part: part.update, chosen, gated)
+    if config.update is not None:
+        if isinstance(config.filter, Mapping) and "update" in config.filter:
+            raise ConfigError("update: expected it here or in filter.update, got it in both")
+        update = make_part(AbstractUpdate, config.update, "update")
+        if not isinstance(chosen, KalmanFilter):
+            raise ConfigError(f"update: expected a single filter to have it, got a {type(chosen).__name__}")
+        chosen = dataclasses.replace(chosen, update=update)
+    if config.options.gate is not None:
+        if not isinstance(chosen, KalmanFilter):
+            raise ConfigError(f"options.gate: expected a single filter to gate, got a {type(chosen).__name__}")
+        try:
+            gated = Gated(chosen.update, config.options.gate, config.options.reacquire)
+        except ConfigError as problem:
+            raise ConfigError(f"options: {str(problem).replace('probability', 'gate', 1)}") from problem
+        chosen = dataclasses.replace(chosen, update=gated)
+    return watching(chosen, model, config.parameters)
+
+
+def build_parameters(config: EstimateConfig, model: AbstractModel) -> AbstractModel:
+    """The model with the parameters of a configuration as further states; itself if there are none.
+
+    Raises:
+        ConfigError: not a parameter of the model, or a number that is no such size.
+    """
+    with _blamed("parameters"):
+        return with_parameters(model, config.parameters)
 
 
 def build_prior(config: EstimateConfig, model: AbstractModel) -> Gaussian:
@@ -85,7 +111,8 @@ def build_prior(config: EstimateConfig, model: AbstractModel) -> Gaussian:
     """
     with _blamed(""):
         base = model.base if isinstance(model, FaultModel) else model
-        prior = make_prior(base, config.prior.mean, config.prior.std, cov=config.prior.cov)
+        mean, std, cov = extended_prior(config.prior, base, config.parameters)
+        prior = make_prior(base, mean, std, cov=cov)
         return extend_prior(model, prior) if isinstance(model, FaultModel) else prior
 
 
@@ -113,20 +140,29 @@ def build_injections(config: EstimateConfig, log: Log, model: AbstractModel) -> 
     """
     if not config.inject:
         return log
-    make = {"bias": Bias, "drift": Drift, "stuck": Stuck, "loss": Loss, "noise": NoiseIncrease}
     with _blamed("inject"):
-        faults = [
-            make[each.kind](each.signal, each.size, each.onset, math.inf if each.end is None else each.end)
-            for each in config.inject
-        ]
+        faults = [_injection(each) for each in config.inject]
         faulty = inject(log, model, faults, jax.random.key(0))
     # How far a record was sound before is not known, so the fault put in is not the whole truth of a fault's state.
     return dataclasses.replace(faulty, truth=log.truth)
 
 
+def _injection(section: InjectSection) -> AbstractInjection:
+    make = {"bias": Bias, "drift": Drift, "stuck": Stuck, "loss": Loss, "noise": NoiseIncrease}
+    span = (section.onset, math.inf if section.end is None else section.end)
+    if section.kind != "outliers":
+        if section.share is not None:
+            raise ConfigError(f'inject.share: has no effect with kind = "{section.kind}"')
+        return make[section.kind](section.signal, section.size, *span)
+    if section.share is None:
+        raise ConfigError('inject.share: missing; which share of the values are "outliers"?')
+    return Outliers(section.signal, section.share, section.size, *span)
+
+
 def _fault(section: FaultSection) -> Fault:
     fading = math.inf if section.time_constant is None else section.time_constant
-    return Fault(section.kind, section.signal, section.walk, section.sigma, section.bound, fading, section.per_step)
+    given: dict[str, Any] = dataclasses.asdict(section) | {"time_constant": fading}
+    return Fault(**given)
 
 
 @contextlib.contextmanager

@@ -19,12 +19,18 @@ from ..filters import (
     adaptive_two_stage_unscented_kalman_filter,
     cubature_kalman_filter,
     extended_kalman_filter,
+    huber_kalman_filter,
     iterated_extended_kalman_filter,
     kalman_filter,
+    maximum_correntropy_kalman_filter,
+    robust_extended_kalman_filter,
+    robust_unscented_kalman_filter,
+    student_t_kalman_filter,
     two_stage_extended_kalman_filter,
     two_stage_kalman_filter,
     two_stage_unscented_kalman_filter,
     unscented_kalman_filter,
+    weighted_likelihood_kalman_filter,
 )
 from ..linearization import (
     AbstractLinearization,
@@ -36,8 +42,30 @@ from ..linearization import (
     Taylor,
     Unscented,
 )
-from ..noise import AbstractNoise, Nominal, Scaled
-from ..updates import AbstractUpdate, Considered, Exact, Gated, InnovationScaling, Iterated, StrongTracking
+from ..noise import AbstractNoise, Capped, Nominal, Scaled
+from ..regression import (
+    AbstractRowNoise,
+    ConstantRowNoise,
+    RateRowNoise,
+    RayleighTotalLeastSquares,
+    RecursiveLeastSquares,
+    RecursiveTotalLeastSquares,
+)
+from ..updates import (
+    AbstractUpdate,
+    ChangeDetection,
+    Considered,
+    Exact,
+    Gated,
+    HuberReweighted,
+    InnovationScaling,
+    Iterated,
+    MasreliezMartin,
+    MaximumCorrentropy,
+    StrongTracking,
+    StudentT,
+    WeightedLikelihood,
+)
 from .wording import members, mismatch, shown
 
 KINDS: dict[type, dict[str, type]] = {
@@ -48,20 +76,27 @@ KINDS: dict[type, dict[str, type]] = {
     },
     AbstractRule: {"unscented": Unscented, "cubature": Cubature, "gauss_hermite": GaussHermite},
     AbstractUpdate: {
+        "change_detection": ChangeDetection,
         "considered": Considered,
         "exact": Exact,
         "gated": Gated,
+        "huber_reweighted": HuberReweighted,
         "innovation_scaling": InnovationScaling,
         "iterated": Iterated,
+        "masreliez_martin": MasreliezMartin,
+        "maximum_correntropy": MaximumCorrentropy,
         "strong_tracking": StrongTracking,
+        "student_t": StudentT,
+        "weighted_likelihood": WeightedLikelihood,
     },
-    AbstractNoise: {"nominal": Nominal, "scaled": Scaled},
+    AbstractNoise: {"capped": Capped, "nominal": Nominal, "scaled": Scaled},
     AbstractEstimate: {
         "friedland": Friedland,
         "gaussian": Gaussian,
         "square_root": SquareRoot,
         "two_stage": TwoStage,
     },
+    AbstractRowNoise: {"constant": ConstantRowNoise, "rate": RateRowNoise},
 }
 """Every part by what it is and what a table calls it."""
 
@@ -75,8 +110,17 @@ FILTERS: dict[str, Callable[..., AbstractEstimator]] = {
     "two_stage_extended_kalman_filter": two_stage_extended_kalman_filter,
     "two_stage_unscented_kalman_filter": two_stage_unscented_kalman_filter,
     "adaptive_two_stage_unscented_kalman_filter": adaptive_two_stage_unscented_kalman_filter,
+    "robust_extended_kalman_filter": robust_extended_kalman_filter,
+    "robust_unscented_kalman_filter": robust_unscented_kalman_filter,
+    "huber_kalman_filter": huber_kalman_filter,
+    "student_t_kalman_filter": student_t_kalman_filter,
+    "maximum_correntropy_kalman_filter": maximum_correntropy_kalman_filter,
+    "weighted_likelihood_kalman_filter": weighted_likelihood_kalman_filter,
     "generalized_likelihood_ratio": GeneralizedLikelihoodRatio,
     "interacting_multiple_model": InteractingMultipleModel,
+    "recursive_least_squares": RecursiveLeastSquares,
+    "recursive_total_least_squares": RecursiveTotalLeastSquares,
+    "rayleigh_total_least_squares": RayleighTotalLeastSquares,
     "assembled": KalmanFilter,
 }
 ACRONYMS = {
@@ -89,8 +133,15 @@ ACRONYMS = {
     "tsekf": "two_stage_extended_kalman_filter",
     "tsukf": "two_stage_unscented_kalman_filter",
     "atsukf": "adaptive_two_stage_unscented_kalman_filter",
+    "rekf": "robust_extended_kalman_filter",
+    "rukf": "robust_unscented_kalman_filter",
+    "mckf": "maximum_correntropy_kalman_filter",
+    "wolf": "weighted_likelihood_kalman_filter",
     "glr": "generalized_likelihood_ratio",
     "imm": "interacting_multiple_model",
+    "rls": "recursive_least_squares",
+    "rtls": "recursive_total_least_squares",
+    "frtls": "rayleigh_total_least_squares",
 }
 
 

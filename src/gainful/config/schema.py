@@ -32,19 +32,38 @@ class SensorSection:
 
 @dataclasses.dataclass(frozen=True)
 class AugmentSection:
-    """Parameters and biases estimated as states.
+    """Biases estimated as states.
 
     Attributes:
-        parameters: names, each with its random walk per square root of a second.
-        biases: names of outputs or inputs, likewise.
-        bounds: lower and upper bound of a parameter; one bound alone must be 0 below, written [0.0].
+        biases: names of outputs or inputs, each with its random walk per square root of a second.
     """
 
     __pydantic_config__: ClassVar[dict[str, Any]] = _STRICT
 
-    parameters: dict[str, float] = dataclasses.field(default_factory=dict)
     biases: dict[str, float] = dataclasses.field(default_factory=dict)
-    bounds: dict[str, list[float]] = dataclasses.field(default_factory=dict)
+
+
+@dataclasses.dataclass(frozen=True)
+class ParameterSection:
+    """A parameter of the model estimated as a state.
+
+    Attributes:
+        sigma: standard deviation before the first row, in the parameter's own unit.
+        walk: how fast it may change: sigma per square root of a second; 0 for constant.
+        start: value before the first row; the model's own if absent.
+        bounds: lower and upper bound; one bound alone must be 0 below, written [0.0].
+        jump: standard deviation of a sudden change to look for; none is looked for if absent.
+        limit: largest standard deviation the walk may lead to; `sigma` if absent.
+    """
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = _STRICT
+
+    sigma: float
+    walk: float = 0.0
+    start: float | None = None
+    bounds: list[float] | None = None
+    jump: float | None = None
+    limit: float | None = None
 
 
 @dataclasses.dataclass(frozen=True)
@@ -68,7 +87,7 @@ class ModelSection:
         sensors: several sensors in place of h, outputs and R.
         parameters: values the functions reach as `p`.
         substeps: Runge-Kutta steps per interval, for continuous models.
-        augment: parameters and biases estimated as states.
+        augment: biases estimated as states.
     """
 
     __pydantic_config__: ClassVar[dict[str, Any]] = _STRICT
@@ -121,6 +140,8 @@ class FaultSection:
         bound: largest physical size.
         time_constant: of a fault that fades out [s].
         per_step: whether `walk` is per step.
+        rate_sigma: of a fault that drifts, standard deviation of its rate before the first row, per second.
+        rate_walk: how fast that rate may change: sigma per square root of a second.
     """
 
     __pydantic_config__: ClassVar[dict[str, Any]] = _STRICT
@@ -132,6 +153,8 @@ class FaultSection:
     bound: float | None = None
     time_constant: float | None = None
     per_step: bool = False
+    rate_sigma: float | None = None
+    rate_walk: float = 0.0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -158,20 +181,22 @@ class InjectSection:
     """A fault put into the record, to see whether it is found.
 
     Attributes:
-        kind: "bias", "drift", "stuck", "loss" or "noise".
+        kind: "bias", "drift", "stuck", "loss", "noise" or "outliers".
         signal: name of the input or output.
-        size: bias, drift per second, level of a stuck signal, lost share, or sigma of the added noise.
+        size: bias, drift per second, level of a stuck signal, lost share, or sigma of the noise or the outliers.
         onset: first time it is there [s].
         end: time from which it is gone [s].
+        share: of values that are outliers.
     """
 
     __pydantic_config__: ClassVar[dict[str, Any]] = _STRICT
 
-    kind: Literal["bias", "drift", "stuck", "loss", "noise"]
+    kind: Literal["bias", "drift", "stuck", "loss", "noise", "outliers"]
     signal: str
     size: float
     onset: float
     end: float | None = None
+    share: float | None = None
 
 
 @dataclasses.dataclass(frozen=True)
@@ -180,6 +205,7 @@ class OptionsSection:
 
     Attributes:
         smooth: also estimate each state from the whole record.
+        lag: smooth with what was measured until so many seconds after each row only.
         gate: share of good measurements that pass a chi-square gate, such as 0.999; no gate if absent.
         reacquire: rejections in a row before a gated sensor is believed again.
         throw: stop at the first failed step; otherwise carry the last good estimate on and say so.
@@ -188,6 +214,7 @@ class OptionsSection:
     __pydantic_config__: ClassVar[dict[str, Any]] = _STRICT
 
     smooth: bool = False
+    lag: float | None = None
     gate: float | None = None
     reacquire: int = 10
     throw: bool = True
@@ -202,6 +229,8 @@ class EstimateConfig:
         data: the record.
         prior: the estimate before the first row.
         filter: a name such as "ukf", or a table with `kind` and options.
+        update: of the filter: a name such as "masreliez_martin", or a table with `kind` and options.
+        parameters: of the model, estimated as states.
         faults: faults estimated as states, with alarms.
         inject: faults put into the record on purpose.
         options: smoothing, gating.
@@ -214,6 +243,8 @@ class EstimateConfig:
     data: Source
     prior: PriorSection
     filter: str | dict[str, Any] = "ekf"
+    update: str | dict[str, Any] | None = None
+    parameters: dict[str, ParameterSection] = dataclasses.field(default_factory=dict)
     faults: FaultsSection | None = None
     inject: list[InjectSection] = dataclasses.field(default_factory=list)
     options: OptionsSection = dataclasses.field(default_factory=OptionsSection)

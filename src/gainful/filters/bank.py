@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -74,13 +76,12 @@ class InteractingMultipleModel(AbstractEstimator):
         joint = jnp.where(moving, table, jnp.eye(len(table), dtype=table.dtype)) * carry.probabilities[:, None]
         predicted = jnp.sum(joint, axis=0)
         shares = joint / jnp.where(predicted > 0, predicted, 1.0)
-        afters, infos = [], []
-        for j, (member, memory) in enumerate(zip(self.members, carry.members, strict=True)):
+        memories = []
+        for j, memory in enumerate(carry.members):
             mixed = _mixture(estimates, shares[:, j], j)
             own = jax.tree.map(lambda new, old: jnp.where(moving, new, old), mixed, memory.estimate)
-            after, info = member.step(model, eqx.tree_at(lambda held: held.estimate, memory, own), sample)
-            afters.append(after)
-            infos.append(info)
+            memories.append(eqx.tree_at(lambda held: held.estimate, memory, own))
+        afters, infos = _stepped(self.members, model, memories, sample)
         failed = jnp.stack([(info.status == Status.not_positive) | (info.status == Status.nonfinite) for info in infos])
         densities = jnp.stack([info.log_likelihood for info in infos])
         log_weights = jnp.log(jnp.maximum(predicted, jnp.finfo(predicted.dtype).tiny)) + jnp.where(
@@ -109,6 +110,26 @@ class InteractingMultipleModel(AbstractEstimator):
             jnp.stack([each.status for each in infos])[best],
         )
         return Bank(tuple(afters), probabilities), info
+
+
+def _stepped(
+    members: Sequence[KalmanFilter], model: AbstractModel, memories: Sequence[Carry], sample: Sample
+) -> tuple[list[Carry], list[Info]]:
+    """Every member's step: one program for all members where they differ in numbers only."""
+    parts = [eqx.partition(member, lambda leaf: eqx.is_array(leaf) or isinstance(leaf, float)) for member in members]
+    numbers, rests = zip(*parts, strict=True)
+    shapes = [[jnp.shape(leaf) for leaf in jax.tree.leaves(tree)] for tree in numbers]
+    alike = all(eqx.tree_equal(rest, rests[0]) is True for rest in rests) and all(each == shapes[0] for each in shapes)
+    if len(members) == 1 or not alike:
+        pairs = [member.step(model, memory, sample) for member, memory in zip(members, memories, strict=True)]
+    else:
+        stacked = [
+            jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(leaf) for leaf in leaves]), *trees)
+            for trees in (numbers, memories)
+        ]
+        both = jax.lax.map(lambda each: eqx.combine(each[0], rests[0]).step(model, each[1], sample), tuple(stacked))
+        pairs = [jax.tree.map(lambda leaf, j=j: leaf[j], both) for j in range(len(members))]
+    return [after for after, _ in pairs], [info for _, info in pairs]
 
 
 def _mixture(estimates: list[AbstractEstimate], weights: Float[Array, " members"], centre: int) -> AbstractEstimate:

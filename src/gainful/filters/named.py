@@ -4,7 +4,17 @@ from __future__ import annotations
 
 from ..estimates import Gaussian, SquareRoot, TwoStage
 from ..linearization import Cubature, MarginalSigmaPoints, SigmaPoints, Taylor, Unscented
-from ..updates import AbstractUpdate, Exact, InnovationScaling, Iterated
+from ..updates import (
+    AbstractUpdate,
+    Exact,
+    HuberReweighted,
+    InnovationScaling,
+    Iterated,
+    MasreliezMartin,
+    MaximumCorrentropy,
+    StudentT,
+    WeightedLikelihood,
+)
 from .kalman import KalmanFilter
 
 
@@ -150,3 +160,96 @@ def adaptive_two_stage_unscented_kalman_filter(
     Source: Chen et al. (2019), Acta Aeronaut. Astronaut. Sin. 40(5):322551; Hajiyev and Soken (2013).
     """
     return two_stage_unscented_kalman_filter(form=form, alpha=alpha, beta=beta, kappa=kappa, update=update)
+
+
+def robust_extended_kalman_filter(*, contamination: float = 0.1, square_root: bool = False) -> KalmanFilter:
+    """The extended filter in which an outlier pulls no further than Huber's threshold.
+
+    Args:
+        contamination: share of measurements that may be outliers.
+        square_root: carry the root of the covariance in place of the covariance.
+
+    Source: Masreliez and Martin (1977), IEEE Trans. Autom. Control 22(3):361-371.
+    Reduces to: `extended_kalman_filter` for no contamination.
+    """
+    return extended_kalman_filter(update=MasreliezMartin(contamination), square_root=square_root)
+
+
+def robust_unscented_kalman_filter(
+    *,
+    contamination: float = 0.1,
+    alpha: float = 1.0,
+    beta: float = 2.0,
+    kappa: float = 0.0,
+    square_root: bool = False,
+) -> KalmanFilter:
+    """The unscented filter in which an outlier pulls no further than Huber's threshold.
+
+    Args:
+        contamination: share of measurements that may be outliers.
+        alpha: spread of the points.
+        beta: 2 is best for Gaussian states.
+        kappa: secondary scaling.
+        square_root: carry the root of the covariance in place of the covariance.
+
+    Source: Masreliez and Martin (1977), IEEE Trans. Autom. Control 22(3):361-371; Julier and Uhlmann (2004).
+    Reduces to: `unscented_kalman_filter` for no contamination.
+    """
+    update = MasreliezMartin(contamination)
+    return unscented_kalman_filter(alpha=alpha, beta=beta, kappa=kappa, update=update, square_root=square_root)
+
+
+def huber_kalman_filter(*, contamination: float = 0.1, iterations: int = 5, square_root: bool = False) -> KalmanFilter:
+    """The extended filter that minimises Huber's cost of measurement and prediction, by least squares reweighted.
+
+    Args:
+        contamination: share of measurements that may be outliers.
+        iterations: how often the weights are found.
+        square_root: carry the root of the covariance in place of the covariance.
+
+    Source: Karlgaard and Schaub (2007), J. Guid. Control Dyn. 30(3):885-891.
+    """
+    update = HuberReweighted(contamination=contamination, iterations=iterations)
+    return extended_kalman_filter(update=update, square_root=square_root)
+
+
+def student_t_kalman_filter(*, dof: float = 6.0, iterations: int = 5, square_root: bool = False) -> KalmanFilter:
+    """The extended filter for measurement noise with the tails of Student's t.
+
+    Args:
+        dof: degrees of freedom of the noise; fewer have heavier tails.
+        iterations: how often state and noise scales take turns.
+        square_root: carry the root of the covariance in place of the covariance.
+
+    Source: Agamennoni, Nieto and Nebot (2012), IEEE Trans. Signal Process. 60(10):5024-5037.
+    """
+    return extended_kalman_filter(update=StudentT(dof=dof, iterations=iterations), square_root=square_root)
+
+
+def maximum_correntropy_kalman_filter(
+    *, bandwidth: float = 3.0, iterations: int = 5, square_root: bool = False
+) -> KalmanFilter:
+    """The extended filter in which measurements far off lose all weight.
+
+    Args:
+        bandwidth: in sigmas.
+        iterations: how often the weights are found.
+        square_root: carry the root of the covariance in place of the covariance.
+
+    Source: Chen, Liu, Zhao and Principe (2017), Automatica 76:70-77.
+    """
+    return extended_kalman_filter(
+        update=MaximumCorrentropy(bandwidth=bandwidth, iterations=iterations), square_root=square_root
+    )
+
+
+def weighted_likelihood_kalman_filter(*, scale: float = 3.0, square_root: bool = False) -> KalmanFilter:
+    """The extended filter whose measurements count less the further they are from what was expected (WoLF).
+
+    Args:
+        scale: distance, in sigmas of R, beyond which weights fall.
+        square_root: carry the root of the covariance in place of the covariance.
+
+    Source: Duran-Martin et al. (2024), Outlier-robust Kalman filtering through generalised Bayes, ICML.
+    """
+    return extended_kalman_filter(update=WeightedLikelihood(scale=scale), square_root=square_root)

@@ -2,6 +2,7 @@
 
 from .estimate import EstimateJob, estimate, state_rows
 from .faults import FaultFindings, fault_rows_of
+from .parameters import parameter_rows
 from .starter import write_starter
 from .study import StudyJob, run_study
 
@@ -11,6 +12,7 @@ __all__ = [
     "StudyJob",
     "estimate",
     "fault_rows_of",
+    "parameter_rows",
     "run_study",
     "state_rows",
     "write_starter",

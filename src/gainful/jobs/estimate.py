@@ -18,6 +18,7 @@ from ..config import (
     build_filter,
     build_injections,
     build_model,
+    build_parameters,
     build_prior,
     dump_part,
     load_config,
@@ -30,6 +31,7 @@ from ..running import Log, Result, run, smooth
 from ..spaces import AbstractSpace, Quaternion
 from ..version import __version__
 from .faults import FaultFindings, fault_rows_of, find_faults
+from .parameters import parameter_rows
 
 ARCSECONDS = 180.0 / math.pi * 3600.0
 """Per radian."""
@@ -84,17 +86,17 @@ def estimate(
     """
     path = Path(path)
     config = load_config(path)
-    model = build_faults(config, build_model(config.model, path.parent))
+    model = build_faults(config, build_parameters(config, build_model(config.model, path.parent)))
     prior = build_prior(config, model)
-    chosen = build_filter(config)
+    chosen = build_filter(config, model)
     log = build_injections(config, read_log(model, config.data, path.parent), model)
     if folder is not None:
         check_folder(Path(folder))
     if started is not None:
         started(log)
     result = run(chosen, model, prior, log, throw=config.options.throw, progress=progress)
-    if config.options.smooth:
-        result = smooth(result)
+    if config.options.smooth or config.options.lag is not None:
+        result = smooth(result, lag=config.options.lag)
     found = find_faults(config, result) if config.faults is not None else None
     job = EstimateJob(
         config.title or path.stem, config, result, verdict(result), None if folder is None else Path(folder), found
@@ -154,7 +156,7 @@ def _facts(job: EstimateJob, path: Path) -> list[tuple[str, str]]:
     kind = job.config.filter if isinstance(job.config.filter, str) else job.config.filter["kind"]
     facts = [
         ("Configuration", path.name),
-        ("Filter", kind + (", smoothed" if result.smoothed else "")),
+        ("Filter", kind + (", smoothed" if result.smoothed else "") + _lag(result)),
         ("Rows", f"{int(result.log.kept.sum())} from {result.t[0]:.6g} s to {result.t[-1]:.6g} s"),
         ("Time", f"{compiling:.2f} s compiling, {running:.3f} s running"),
         ("Made with", f"gainful {__version__}, JAX {jax.__version__}, Python {sys.version.split()[0]}"),
@@ -165,11 +167,18 @@ def _facts(job: EstimateJob, path: Path) -> list[tuple[str, str]]:
     return facts
 
 
+def _lag(result: Result) -> str:
+    return "" if result.lag is None else f" with a lag of {result.lag:g} s"
+
+
 def _write(job: EstimateJob, path: Path) -> None:
     assert job.folder is not None
     result = job.result
     heads, rows = state_rows(job)
     tables = [Table("States", tuple(heads), tuple(tuple(row) for row in rows))]
+    heads, rows = parameter_rows(result)
+    if rows:
+        tables.append(Table("Parameters", tuple(heads), tuple(tuple(row) for row in rows)))
     if job.faults is not None:
         fault_heads, fault_rows = fault_rows_of(job.faults)
         tables.append(Table("Faults", tuple(fault_heads), tuple(tuple(row) for row in fault_rows)))
@@ -196,6 +205,7 @@ def _write(job: EstimateJob, path: Path) -> None:
             verdict=str(job.verdict),
             judgement=judgement,  # type: ignore[arg-type]  # one of the three words
             tables=tables,
+            alarms=None if job.faults is None else {each.name: each.times for each in job.faults.faults},
         )
 
 

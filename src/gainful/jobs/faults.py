@@ -145,7 +145,8 @@ def _alarms(config: EstimateConfig, result: Result) -> tuple[np.ndarray, np.ndar
     assert isinstance(model, FaultModel)
     if isinstance(result.memories, JumpReport):
         report = result.memories
-        which = np.arange(len(model.fault_names))
+        # The bank counts all added states; the faults are the last of them.
+        which = model.space.added - len(model.fault_names) + np.arange(len(model.fault_names))
         raised = np.asarray(report.alarm)[:, None] & (np.asarray(report.bias)[:, None] == which)
         words = f"{result.estimator.threshold:g} of the jump bank's likelihood ratio"  # type: ignore[attr-defined]
         return raised, raised, words

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from ..running import Result
 from .innovations import innovation_sections, innovations_of, nis_sections, whiteness_sections
+from .marks import marks_of
 from .panels import Section
 from .series import POINTS
 from .states import error_sections, state_sections
 from .trajectory import trajectory_sections
+from .weights import weight_sections
 
 _VALUES = 650_000
 """Numbers in all figures together that keep the file small."""
@@ -21,24 +24,29 @@ _THINNED = {
     "States": "keeping the extremes",
     "Errors": "keeping the extremes",
     "Innovations": "half of them evenly spaced, half keeping the extremes",
+    "Weights": "half of them evenly spaced, half keeping the extremes",
     "Consistency": "keeping the extremes",
 }
 
 
-def figures_of(result: Result) -> list[Section]:
-    """The figures that show and judge a result: states, path, errors, innovations, consistency, whiteness.
+def figures_of(result: Result, alarms: Mapping[str, Sequence[float]] | None = None) -> list[Section]:
+    """The figures that show and judge a result: states, path, errors, innovations, weights, consistency, whiteness.
 
     Args:
         result: of a filter or a smoother.
+        alarms: times at which they were raised [s], by the name of the state they concern.
     """
+    marks = marks_of(result, alarms)
     result, zero = _from_zero(result)
+    marks = {name: [t - zero for t in times] for name, times in marks.items()}
     limit = _limit(result)
     found = innovations_of(result)
     sections = [
-        *state_sections(result, limit),
+        *state_sections(result, limit, marks),
         *trajectory_sections(result, limit),
         *error_sections(result, limit),
         *innovation_sections(found, limit),
+        *weight_sections(found, limit),
         *nis_sections(result, found, limit),
         *whiteness_sections(found),
     ]

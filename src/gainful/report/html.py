@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -29,6 +29,9 @@ _STATUS = {
     Status.ok: "updated",
     Status.missing: "without a measurement",
     Status.rejected: "rejected as a whole",
+    Status.insufficient_data: "without enough data for an estimate",
+    Status.ill_separated: "held (parameters not told from noise)",
+    Status.nongeneric: "held (best fit infinite)",
     Status.not_positive: "failed (innovation covariance not positive definite)",
     Status.nonfinite: "failed (not finite)",
 }
@@ -58,6 +61,7 @@ def write_report(
     verdict: str,
     judgement: Judgement | None = None,
     tables: Sequence[Table] = (),
+    alarms: Mapping[str, Sequence[float]] | None = None,
 ) -> Path:
     """Write a report of a result: figures, tables and a verdict, in one HTML file that works offline.
 
@@ -70,6 +74,7 @@ def write_report(
         judgement: what the verdict comes to: "good", "bad" or "unknown"; by default told from its first words,
             "consistent:", "not consistent:" or anything else.
         tables: further tables, such as RMSE and coverage per state.
+        alarms: times at which they were raised [s], by the name of the state they concern.
 
     Returns:
         The path written.
@@ -83,7 +88,7 @@ def write_report(
     if judgement not in _WORDS:
         raise ConfigError(f"judgement: expected one of {', '.join(map(repr, _WORDS))}, got {judgement!r}")
     path = Path(path)
-    write_page(path, _page(result, title, facts, verdict, judgement, tables))
+    write_page(path, _page(result, title, facts, verdict, judgement, tables, alarms))
     return path
 
 
@@ -101,6 +106,7 @@ def _page(
     verdict: str,
     judgement: Judgement,
     tables: Sequence[Table],
+    alarms: Mapping[str, Sequence[float]] | None,
 ) -> str:
     mark, word = _WORDS[judgement]
     # The badge says the verdict's first word already.
@@ -109,7 +115,7 @@ def _page(
         verdict = rest[0].upper() + rest[1:]
     return page_text(
         "estimation",
-        figures_of(result),
+        figures_of(result, alarms),
         title=title,
         facts=facts,
         verdict=verdict,

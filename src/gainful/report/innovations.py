@@ -42,7 +42,7 @@ _REFUSED = 0.01
 
 _MARKERS = {
     "used": {"symbol": "circle", "size": 4, "color": BLUE, "opacity": 0.6},
-    "weighted down": {"symbol": "diamond-open", "size": 7, "color": ORANGE, "line": {"width": 1.4, "color": ORANGE}},
+    "less than half": {"symbol": "diamond-open", "size": 7, "color": ORANGE, "line": {"width": 1.4, "color": ORANGE}},
     "rejected": {"symbol": "x-thin", "size": 7, "color": VERMILLION, "line": {"width": 1.6, "color": VERMILLION}},
 }
 
@@ -112,6 +112,8 @@ def innovation_sections(found: Innovations, limit: int) -> list[Section]:
         caption = "Measured minus expected, with the bounds that 95 % should stay within."
         if found.rejected[:, columns].any():
             caption += " Rejected ones are marked."
+        if (found.doubted & ~found.counted)[:, columns].any():
+            caption += " Diamonds counted less than half."
         if any(cuts):
             caption += " What lies beyond a panel is marked at its edge; point at it for its value."
         sections.append(Section("Innovations", caption, figure))
@@ -130,15 +132,16 @@ def _innovation_label(found: Innovations, j: int) -> str:
 
 def _draw_innovations(figure: go.Figure, panel: int, found: Innovations, j: int, limit: int) -> bool:
     t, residual = found.t, found.residual[:, j]
-    measured, doubted, rejected = found.measured[:, j], found.doubted[:, j], found.rejected[:, j]
+    measured, rejected = found.measured[:, j], found.rejected[:, j]
+    counted, doubted = found.counted[:, j], found.doubted[:, j] & ~found.counted[:, j]
     bound = np.where(measured, Z * found.sigma[:, j], np.nan)
-    reach = _reach(np.abs(residual[measured & ~rejected]), bound[measured])
+    reach = _reach(np.abs(residual[counted]), bound[measured])
     times, edge = drawable(t, bound, limit=limit)
     add_band(figure, panel, times, -edge, edge, "±1.96 √S", fill=PALE, edge=GREY)
     beyond = measured & (np.abs(residual) > reach)
     for name, which in (
-        ("used", measured & ~doubted & ~rejected),
-        ("weighted down", doubted),
+        ("used", counted),
+        ("less than half", doubted),
         ("rejected", rejected),
     ):
         marker = _MARKERS[name]

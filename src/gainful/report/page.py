@@ -60,8 +60,11 @@ def _figure_data(section: Section) -> Markup:
     return Markup(text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026"))
 
 
-def cell(value: Any) -> str:
-    """A table's cell in words: numbers to four digits, whole numbers with their thousands apart, a dash for none."""
+def cell(value: Any, column: str = "") -> str:
+    """A table's cell in words: numbers to four digits, whole numbers with their thousands apart, a dash for none.
+
+    Shares are told in per cent where the heading of their column speaks of it.
+    """
     if value is None or (isinstance(value, float) and math.isnan(value)):
         return "\N{EN DASH}"
     if isinstance(value, (str, bool)):
@@ -71,6 +74,8 @@ def cell(value: Any) -> str:
     if isinstance(value, int):
         return f"{value:,}"
     number = float(value)
+    if "%" in column:
+        return f"{100 * number:.1f}\N{NO-BREAK SPACE}%"
     return f"{number:,.0f}" if 1e4 <= abs(number) < 1e7 else f"{number:.4g}"
 
 

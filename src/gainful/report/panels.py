@@ -28,6 +28,7 @@ MOST_PANELS = 5
 _HEIGHTS = {1: 280, 2: 205, 3: 175, 4: 145, 5: 114}  # px per panel
 _LABEL, _TOP, _BOTTOM, _LEFT = 38, 40, 78, 52  # px
 _FEW = 60  # points, below which they are marked
+_SWINGS = 100  # turns, up to which a line is dashed whatever it does
 
 
 @dataclasses.dataclass(frozen=True)
@@ -95,7 +96,7 @@ def _digits(ends: tuple[float, float]) -> int:
 
 def set_range(figure: go.Figure, panel: int, low: float, high: float, *, zero: bool = False) -> None:
     """Ends of a panel's vertical axis, with a line at zero on demand; powers of ten for extreme spans."""
-    plain = bool(1e-4 <= high - low < 1e6)
+    plain = bool(5e-4 <= high - low < 1e6)
     figure.update_yaxes(
         range=[low, high],
         exponentformat="none" if plain else "power",
@@ -186,7 +187,10 @@ def add_band(
     fill: str = SHADE,
     edge: str | None = None,
 ) -> None:
-    """A shaded band between two lines, interrupted where they are NaN; with dashed edges if `edge` is a colour."""
+    """A shaded band between two lines, interrupted where they are NaN; with dashed edges if `edge` is a colour.
+
+    Edges that swing to and fro all the time are thin and solid: dashes would be a haze.
+    """
     x, y = _outline(t, lower, upper)
     shape = go.Scatter(
         x=compact(x),
@@ -209,10 +213,33 @@ def add_band(
             legendgroup=name,
             showlegend=False,
             mode="lines",
-            line={"width": 1, "color": edge, "dash": "dash"},
+            line={"width": 0.5, "color": edge} if _swings(values) else {"width": 1, "color": edge, "dash": "dash"},
             hovertemplate="%{y:.5g}",
         )
         figure.add_trace(line, row=panel, col=1)
+
+
+def _swings(values: np.ndarray) -> bool:
+    """Whether a line turns around at every third point or so, more often than dashes can show."""
+    steps = np.diff(values[np.isfinite(values)])
+    turns = np.count_nonzero(steps[1:] * steps[:-1] < 0)
+    return bool(turns > max(_SWINGS, 0.3 * len(steps)))
+
+
+def add_marks(figure: go.Figure, panel: int, times: np.ndarray, ends: tuple[float, float], name: str) -> None:
+    """An upright line across a panel, counted from 1, at each time."""
+    gap = np.full(len(times), np.nan)
+    trace = go.Scatter(
+        x=np.stack([times, times, times], axis=1).ravel(),
+        y=np.stack([np.full(len(times), ends[0]), np.full(len(times), ends[1]), gap], axis=1).ravel(),
+        name=name,
+        legendgroup=name,
+        showlegend=first_of(figure, name),
+        mode="lines",
+        line={"color": VERMILLION, "width": 1.2, "dash": "dot"},
+        hovertemplate="%{x}",
+    )
+    figure.add_trace(trace, row=panel, col=1)
 
 
 def _outline(t: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -2,21 +2,38 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
 from ..diagnostics import coverage, rmse
 from ..diagnostics.rows import failed_rows
 from ..running import Result
 from ..spaces import AbstractSpace, Circle
-from .panels import BLACK, BLUE, GREY, ORANGE, PALE, Section, add_band, add_line, grouped, label, panels, set_range
+from .panels import (
+    BLACK,
+    BLUE,
+    GREY,
+    ORANGE,
+    PALE,
+    Section,
+    add_band,
+    add_line,
+    add_marks,
+    grouped,
+    label,
+    panels,
+    set_range,
+)
 from .series import aligned, drawable, settled_range
 
 Z = 1.959964  # two-sided 95 % quantile of the normal distribution
 BOUND = "±1.96 σ"  # noqa: RUF001
 
 
-def state_sections(result: Result, limit: int) -> list[Section]:
-    """One panel per state: estimate, 95 % band, truth, and the filter's own estimate where the result is smoothed."""
+def state_sections(result: Result, limit: int, alarms: Mapping[str, Sequence[float]] | None = None) -> list[Section]:
+    """One panel per state: estimate, 95 % band, truth, alarms, and the filter's own estimate where the result is smoothed."""
+    alarms = {} if alarms is None else alarms
     space, kept = result.model.space, result.log.kept
     t, mean, failed = result.t[kept], result.mean[kept], failed_rows(result)[kept]
     lower, upper = (ends[kept] for ends in result.bands())
@@ -58,9 +75,13 @@ def state_sections(result: Result, limit: int) -> list[Section]:
                 add_line(figure, panel, true_times, known, "truth", color=BLACK, width=1.3, dash="dash")
             low, high, here = settled_range(t, [drawn[:, i], truth[:, i]], [lower[:, i], upper[:, i]])
             set_range(figure, panel, low, high)
+            if len(alarms.get(space.names[i], ())):
+                add_marks(figure, panel, np.asarray(alarms[space.names[i]], float), (low, high), "alarm")
             cut |= here
         with_truth = bool(np.isfinite(truth[:, list(group)]).any())
-        caption = _state_caption(result, [space.names[i] for i in group], with_truth)
+        names = [space.names[i] for i in group]
+        caption = _state_caption(result, names, with_truth)
+        caption += " Alarms are upright lines." if any(len(alarms.get(name, ())) for name in names) else ""
         sections.append(Section("States", caption + cut_note(cut), figure))
     return sections
 
@@ -71,7 +92,8 @@ def _state_caption(result: Result, names: list[str], with_truth: bool) -> str:
     curved = {name for part in space.parts if part.size != part.dof for name in part.names} & set(names)
     words = "Estimates with their 95 % bands"
     if result.smoothed:
-        words = "Smoothed estimates with their 95 % bands, and the filter's own estimates as thin dots"
+        ahead = "" if result.lag is None else f", which look {result.lag:g} s ahead,"
+        words = f"Smoothed estimates{ahead} with their 95 % bands, and the filter's own estimates as thin dots"
     words += "; the truth is dashed." if with_truth else "."
     if np.any(failed_rows(result) & result.log.kept):
         words += " Rows that failed are left out."

@@ -1,0 +1,75 @@
+"""Regression: parameters of linear equations, also where the regressors are as noisy as the rest."""
+
+from .batch import (
+    Fit,
+    bias_compensated_least_squares,
+    generalized_total_least_squares,
+    least_squares,
+    total_least_squares,
+)
+from .identifiability import Identifiability, identifiability
+from .instruments import instrumental_variables
+from .model import RegressionModel, readings, regression_model
+from .pencil import Separation
+from .rates import (
+    CENTRAL_DIFFERENCE,
+    differentiate,
+    quadratic_rate,
+    quadratic_rate_mean,
+    rate_noise_covariance,
+    rate_rows,
+)
+from .rayleigh import RayleighTotalLeastSquares
+from .recursive_least_squares import RecursiveLeastSquares
+from .recursive_total_least_squares import RecursiveTotalLeastSquares
+from .row_noise import AbstractRowNoise, ConstantRowNoise, RateRowNoise
+from .rows import accumulated_noise, average, count_rows, information, noise_from_differences, sensor_lag
+from .uncertainty import (
+    errors_in_variables_scores,
+    generalized_covariance,
+    least_squares_bias,
+    sandwich_covariance,
+    total_least_squares_covariance,
+)
+from .weak_form import weak_form, weak_rows, weak_taps
+
+__all__ = [
+    "AbstractRowNoise",
+    "CENTRAL_DIFFERENCE",
+    "ConstantRowNoise",
+    "Fit",
+    "Identifiability",
+    "RateRowNoise",
+    "RayleighTotalLeastSquares",
+    "RecursiveLeastSquares",
+    "RecursiveTotalLeastSquares",
+    "RegressionModel",
+    "Separation",
+    "accumulated_noise",
+    "average",
+    "bias_compensated_least_squares",
+    "count_rows",
+    "differentiate",
+    "errors_in_variables_scores",
+    "generalized_covariance",
+    "generalized_total_least_squares",
+    "identifiability",
+    "information",
+    "instrumental_variables",
+    "least_squares",
+    "least_squares_bias",
+    "noise_from_differences",
+    "quadratic_rate",
+    "quadratic_rate_mean",
+    "rate_noise_covariance",
+    "rate_rows",
+    "readings",
+    "regression_model",
+    "sandwich_covariance",
+    "sensor_lag",
+    "total_least_squares",
+    "total_least_squares_covariance",
+    "weak_form",
+    "weak_rows",
+    "weak_taps",
+]
