@@ -69,8 +69,11 @@ class Status(enum.IntEnum):
     ok = 0
     missing = 1
     rejected = 2
-    not_positive = 3
-    nonfinite = 4
+    insufficient_data = 3
+    ill_separated = 4
+    nongeneric = 5
+    not_positive = 6
+    nonfinite = 7
 
     @property
     def failed(self) -> bool:
@@ -87,6 +90,9 @@ _SENTENCES = {
     Status.ok: "the measurement was used",
     Status.missing: "no component was measured",
     Status.rejected: "every measured sensor was rejected by the update",
+    Status.insufficient_data: "there are too few independent rows for an estimate yet",
+    Status.ill_separated: "the data do not tell the parameters from the noise; the last estimate is kept",
+    Status.nongeneric: "the parameters that fit best are infinite; the last estimate is kept",
     Status.not_positive: "the innovation covariance is not positive definite",
     Status.nonfinite: "the predicted or updated estimate is not finite",
 }

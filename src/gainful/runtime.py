@@ -30,13 +30,24 @@ def prepare() -> None:
 
 
 @functools.cache
-def compiler_options() -> dict[str, str]:
-    """What a program of small loops is compiled with: products stay in the loop, where XLA knows how to be told so."""
+def compiler_options(*, quick: bool = False) -> dict[str, str | int]:
+    """What a program of small loops is compiled with: products stay in the loop, where XLA knows how to be told so.
+
+    Args:
+        quick: leave it unoptimised, which is what takes the compiler its time.
+    """
+    wanted: list[dict[str, str | int]] = [{"xla_cpu_experimental_ynn_fusion_type": ""}]
+    if quick:
+        wanted.append({"xla_backend_optimization_level": 0})
+    return {name: value for option in wanted if _known(option) for name, value in option.items()}
+
+
+def _known(options: dict[str, str | int]) -> bool:
+    """Whether this XLA knows an option: one of another version may not, or may lack the library it is about."""
     import jax
 
-    options = {"xla_cpu_experimental_ynn_fusion_type": ""}
     try:
         jax.jit(lambda x: x, compiler_options=options).lower(0.0).compile()
-    except (RuntimeError, ValueError):  # an XLA without that library, or without a name for it
-        return {}
-    return options
+    except (RuntimeError, ValueError):
+        return False
+    return True

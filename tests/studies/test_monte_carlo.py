@@ -1,6 +1,7 @@
 """Runs: one key each, the same numbers however they are scheduled, and nothing that fails goes untold."""
 
 import dataclasses
+from concurrent.futures import ThreadPoolExecutor
 
 import jax
 import jax.numpy as jnp
@@ -61,6 +62,12 @@ def test_runs_stepped_as_one_batch_differ_in_rounding_only(small, results):
     np.testing.assert_allclose(other.record.truth["x"], results.record.truth["x"], rtol=1e-12)
 
 
+def test_programs_compiled_quickly_differ_in_rounding_only(small, results):
+    other = run_experiment(small, 5, 1, quick=True)
+    for name, values in results.values.items():
+        np.testing.assert_allclose(other.values[name]["square"], values["square"], rtol=1e-12)
+
+
 @pytest.fixture(scope="module")
 def by_hand(small):
     """The first runs of the tuned filter, without the machinery: numbers and traces."""
@@ -100,6 +107,43 @@ def test_contenders_that_differ_in_numbers_share_a_program():
     run_experiment(walk.experiment(measure=lambda record, info: walk.measure(record, info)), 1, 1)
     # One to simulate, one for all three filters.
     assert len(compiled._executables) - before == 2
+
+
+def test_numbers_do_not_depend_on_how_many_contenders_are_run_at_once(small, results):
+    for workers in (1, 3):
+        same(results, run_experiment(small, 5, 1, workers=workers))
+
+
+def test_contenders_of_two_experiments_share_their_programs(small):
+    run_experiment(small, 1, 1)
+    before = len(compiled._executables)
+    run_experiment(dataclasses.replace(small, name="again", title="Again"), 1, 1)
+    assert len(compiled._executables) == before
+
+
+def test_a_program_wanted_by_two_threads_is_compiled_once():
+    def doubled(fixed, x):
+        return fixed * x
+
+    def call(_):
+        return compiled.compiled_call(doubled, 2.0, jnp.arange(3.0))
+
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(call, range(8)))
+    assert sum(seconds > 0 for _, seconds in found) == 1
+    for value, _ in found:
+        np.testing.assert_array_equal(value, [0.0, 2.0, 4.0])
+
+
+def test_traces_that_are_kept_are_those_of_every_run(small, by_hand):
+    kept = run_experiment(dataclasses.replace(small, kept=("square",)), 5, 1)
+    assert list(kept.every["tuned"]) == ["square"]
+    wanted = [np.asarray(traces["square"]) for _, traces in by_hand]
+    np.testing.assert_allclose(kept.every["tuned"]["square"], wanted, rtol=1e-9, atol=1e-15)
+    together = run_experiment(dataclasses.replace(small, kept=("square",)), 5, 1, at_once=2, together=True)
+    np.testing.assert_allclose(together.every["tuned"]["square"], wanted, rtol=1e-9, atol=1e-15)
+    outcome = walk.study(experiments=(dataclasses.replace(small, kept=("square",)),)).run(5, 1)
+    np.testing.assert_array_equal(outcome.every("quiet", "tuned", "square"), kept.every["tuned"]["square"])
 
 
 def test_an_experiment_without_noise_is_run_once_and_a_costly_one_not_too_often(small):

@@ -1,6 +1,7 @@
 """Studies: published experiments repeated, with intervals, fair baselines and a verdict per claim."""
 
 from .base import Citation, Study
+from .chapter import Chapter
 from .claims import Check, Claim, Finding, Tolerance, above, below, between, near
 from .experiment import Contender, Experiment, Quantity, Record
 from .figures import Band, Chart, Figure, Line, Panel, Table
@@ -21,6 +22,7 @@ from .tuning import Tuning, tune
 __all__ = [
     "STUDIES",
     "Band",
+    "Chapter",
     "Chart",
     "Check",
     "Citation",

@@ -5,8 +5,10 @@ from __future__ import annotations
 import dataclasses
 from collections import Counter
 from collections.abc import Callable, Sequence
+from typing import Self
 
 from ..errors import ConfigError
+from .chapter import Chapter
 from .claims import Claim
 from .experiment import Experiment
 from .figures import Chart, Figure, Table
@@ -86,6 +88,48 @@ class Study:
             raise ConfigError(
                 f"study {self.name!r}: baseline: expected a fairly tuned one in at least one experiment, got none"
             )
+
+    @classmethod
+    def of(
+        cls,
+        chapters: Sequence[Chapter],
+        *,
+        name: str,
+        title: str,
+        about: str,
+        citations: tuple[Citation, ...],
+        notes: tuple[str, ...] = (),
+        runs: int = 20,
+        seed: int = 0,
+    ) -> Self:
+        """A study of several chapters: their experiments, claims, tables and figures, in the order of the chapters.
+
+        Args:
+            chapters: in the order they are read.
+            name: on the command line, in lower case with hyphens.
+            title: for people.
+            about: what is studied, in a few sentences.
+            citations: the publication first, then what it rests on.
+            notes: of the study as a whole; those of the chapters follow.
+            runs: Monte Carlo runs, unless asked for others.
+            seed: unless asked for another.
+
+        Raises:
+            ConfigError: two experiments or two claims have the same name, there are none, or nothing is cited.
+        """
+        return cls(
+            name,
+            title,
+            about,
+            citations,
+            tuple(experiment for chapter in chapters for experiment in chapter.experiments),
+            tuple(claim for chapter in chapters for claim in chapter.claims),
+            lambda outcome: [figure for chapter in chapters for figure in chapter.figures_of(outcome)],
+            lambda outcome: [table for chapter in chapters for table in chapter.tables_of(outcome)],
+            (*notes, *(note for chapter in chapters for note in chapter.notes)),
+            runs,
+            seed,
+        )
 
     def run(
         self,

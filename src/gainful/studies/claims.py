@@ -188,6 +188,16 @@ class Finding:
     why: str
 
     @property
+    def passed(self) -> int:
+        """How many checks bear the claim out."""
+        return sum(check.passed is True for check in self.checks)
+
+    @property
+    def telling(self) -> CheckResult:
+        """The check to tell where there is room for one: the first that fails, else one that cannot tell, else the first."""
+        return min(self.checks, key=lambda check: {False: 0, None: 1, True: 2}[check.passed])
+
+    @property
     def reason(self) -> str:
         """Why the verdict is what it is, in words and numbers."""
         told = self.checks

@@ -92,6 +92,7 @@ class Experiment:
         baseline: the contender that has been tuned as fairly as the others, or "" if there is none.
         random: False for an experiment without noise, which is run once and whose numbers are exact.
         most_runs: of a costly experiment, whatever the study is asked for.
+        kept: traces of which every run is kept, for what needs them all, such as the threshold of a detector.
     """
 
     name: str
@@ -104,6 +105,7 @@ class Experiment:
     baseline: str = ""
     random: bool = True
     most_runs: int | None = None
+    kept: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.contenders:

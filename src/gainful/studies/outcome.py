@@ -67,6 +67,15 @@ class Outcome:
         traces = _named(self._results(experiment).traces, contender, f"contender of experiment {experiment!r}")
         return _named(traces, name, f"trace of experiment {experiment!r}")
 
+    def every(self, experiment: str, contender: str, name: str) -> Float[np.ndarray, "n ..."]:
+        """A series of every run, one that the experiment keeps.
+
+        Raises:
+            ConfigError: there is nothing of that name.
+        """
+        kept = _named(self._results(experiment).every, contender, f"contender of experiment {experiment!r}")
+        return _named(kept, name, f"kept trace of experiment {experiment!r}")
+
     def record(self, experiment: str) -> Any:
         """What was simulated in the first run, as NumPy arrays."""
         return self._results(experiment).record

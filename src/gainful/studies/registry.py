@@ -23,6 +23,10 @@ class Entry:
 
 
 STUDIES: dict[str, Entry] = {
+    "robust-joint-estimation": Entry(
+        "states and parameters of a hydraulic servo axis by filters that withstand outliers, with jumps of the parameters",
+        "gainful.studies.robust_joint_estimation:study",
+    ),
     "two-stage-fault-estimation": Entry(
         "faults of a spacecraft's wheels and gyro by (adaptive) two-stage unscented filters",
         "gainful.studies.two_stage_fault_estimation:study",

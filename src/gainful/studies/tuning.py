@@ -55,7 +55,7 @@ def tune(
     if quantity not in names:
         hint = did_you_mean(quantity, names)
         raise ConfigError(f"{quantity!r} is not a quantity of experiment {experiment.name!r}; {hint}")
-    trial = dataclasses.replace(experiment, contenders=settings, baseline="", trace=None)
+    trial = dataclasses.replace(experiment, contenders=settings, baseline="", trace=None, kept=())
     found = run_experiment(trial, runs, seed)
     tried = {name: mean_interval(values[quantity]) for name, values in found.values.items()}
     means = np.array([each.value for each in tried.values()])

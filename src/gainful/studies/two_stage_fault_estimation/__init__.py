@@ -3,42 +3,25 @@
 from __future__ import annotations
 
 from ..base import Citation, Study
-from ..experiment import Experiment
-from .claims import CLAIMS, NOISELESS
-from .contenders import TUNED, contenders, kinds
-from .figures import figures, tables
-from .measures import Measure, Traces, quantities
-from .scenarios import GYRO, SCENARIOS, flight_of
+from . import accuracy, detection, estimation, isolation, mean_propagation, misset_noise, reconfiguration, slew
 
 SEED = 12
 
 
 def study() -> Study:
     """The study of Chen et al. (2019)."""
-    experiments = [
-        Experiment(
-            scenario.name,
-            scenario.title,
-            flight_of(scenario),
-            contenders(scenario),
-            Measure(scenario.scale),
-            quantities(scenario),
-            Traces(scenario.scale),
-            baseline=TUNED,
-        )
-        for scenario in SCENARIOS
-    ]
-    noiseless = Experiment(
-        NOISELESS,
-        "Gyro bias without noise",
-        flight_of(GYRO, quiet=True),
-        kinds(GYRO),
-        Measure(GYRO.scale),
-        quantities(GYRO),
-        Traces(GYRO.scale),
-        random=False,
+    chapters = (
+        estimation,
+        misset_noise,
+        detection,
+        mean_propagation,
+        isolation,
+        reconfiguration,
+        slew,
+        accuracy,
     )
-    return Study(
+    return Study.of(
+        [each.chapter() for each in chapters],
         name="two-stage-fault-estimation",
         title="Fault estimation in satellite attitude control by the adaptive two-stage unscented filter",
         about=(
@@ -68,16 +51,9 @@ def study() -> Study:
                 "IEEE Transactions on Automatic Control 21(1), 108-112",
             ),
         ),
-        experiments=(*experiments, noiseless),
-        claims=CLAIMS,
-        figures=figures,
-        tables=tables,
         notes=(
             "The paper prints no error statistics. Noise levels, process noise, target, window and the sizes of the wheel "
             "faults are not legible in it: the numbers hold for the values chosen here.",
-            "Tuned filters have the published walk of the fault multiplied by 40, 110 and 13000 in sigma.",
-            "The adapted noise is added within the step; process noise of a wheel's fault reaches the innovation one step "
-            "later, so that the published equation for its factor is a heuristic.",
         ),
         seed=SEED,
     )

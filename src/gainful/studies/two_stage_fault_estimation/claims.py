@@ -10,10 +10,9 @@ from ...faults import time_to_reach
 from ..claims import Check, Claim, above, below, between
 from ..outcome import Outcome
 from ..statistics import Measured, exactly, share_interval
-from .contenders import EXTENDED, GATED, GATED_BIAS, LITERAL, PUBLISHED, TUNED
-from .scenarios import END, GYRO, LOSS, OFFSET, ONSET, SCENARIOS, Scenario, selected
+from .contenders import GATED, GATED_BIAS, LITERAL, PUBLISHED, TUNED
+from .scenarios import END, GYRO, LOSS, OFFSET, ONSET, SCENARIOS, Scenario
 
-NOISELESS = "noiseless"
 SCALE_OF_PLOTS = 0.01
 """A curve within this share of the axis cannot be told from another."""
 
@@ -59,18 +58,6 @@ def _apart(outcome: Outcome) -> Measured:
     """Greatest difference of two filters' rate estimates over the range of the rate in the figure."""
     rates = [outcome.trace(OFFSET.name, name, "rate").first for name in (PUBLISHED, GATED)]
     return exactly(float(np.abs(rates[0] - rates[1]).max() / np.ptp(rates[0])))
-
-
-def _kinds_apart(outcome: Outcome) -> Measured:
-    """Greatest difference of the two filters' fault estimates in units of the fault."""
-    faults = [outcome.trace(NOISELESS, name, "fault").first for name in (PUBLISHED, EXTENDED)]
-    return exactly(float(np.abs(faults[0] - faults[1]).max() / GYRO.size))
-
-
-def periodic(outcome: Outcome, contender: str) -> Measured:
-    """Range of a noise-free filter's fault estimate long after the start and before the fault, where it should be 0."""
-    rows = selected(outcome.record(NOISELESS).truth["t"], 20.0, ONSET)  # s
-    return exactly(float(np.ptp(outcome.trace(NOISELESS, contender, "fault").first[rows])), "deg/s")
 
 
 CLAIMS = (
@@ -154,29 +141,6 @@ CLAIMS = (
             for each in SCENARIOS
         ),
         {"partly": "The ungated factor is as large without a fault; the statistic of the gate finds them all."},
-    ),
-    Claim(
-        "periodic error of the TSEKF",
-        "For gyro faults the TSEKF has a periodic error that no tuning removes, and the UKF cures it.",
-        "introduction",
-        (
-            Check(
-                "periodic error of the noise-free TSEKF [deg/s]",
-                lambda outcome: periodic(outcome, EXTENDED),
-                above(1e-3),
-            ),
-        ),
-        {
-            "not reproduced": "Such an error comes from moving the mean by a linearised model or in Euler steps, whatever "
-            "the covariance does; with Runge-Kutta 4 there is none."
-        },
-    ),
-    Claim(
-        "accuracy of sigma points",
-        "The unscented transform is more accurate than linearisation here.",
-        "section 2",
-        (Check("TSUKF and TSEKF apart, in units of the fault", _kinds_apart, above(1e-3)),),
-        {"not reproduced": "Over a step of 0.05 s the plant is as good as linear across the filter's uncertainty."},
     ),
     Claim(
         "states alike",

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from ..figures import Band, Chart, Figure, Line, Panel, Table
 from ..outcome import Outcome
-from .claims import NOISELESS, missed, periodic, time_to_follow
-from .contenders import EXTENDED, GATED, GATED_BIAS, LITERAL, PAPER, PUBLISHED
+from .claims import missed, time_to_follow
+from .contenders import GATED, GATED_BIAS, LITERAL, PAPER, PUBLISHED
 from .scenarios import DEGREE, SCENARIOS, Scenario
 
 SHOWN = 5
@@ -18,7 +18,7 @@ def figures(outcome: Outcome) -> list[Figure | Chart]:
     for scenario in SCENARIOS:
         out += [_published(outcome, scenario), _residual(outcome, scenario)]
     for scenario in SCENARIOS:
-        experiment = outcome.study.experiments[SCENARIOS.index(scenario)]
+        experiment = outcome.results[scenario.name].experiment
         out.append(
             Chart(
                 f"Errors compared: {scenario.title.lower()}",
@@ -73,10 +73,10 @@ def _residual(outcome: Outcome, scenario: Scenario) -> Figure:
 
 
 def tables(outcome: Outcome) -> list[Table]:
-    """The main table per fault, detection, and the noise-free comparison."""
+    """The main table per fault, and the factor as a detector."""
     out = []
     for scenario in SCENARIOS:
-        experiment = outcome.study.experiments[SCENARIOS.index(scenario)]
+        experiment = outcome.results[scenario.name].experiment
         rows = tuple(
             (
                 name,
@@ -113,20 +113,6 @@ def tables(outcome: Outcome) -> list[Table]:
                 )
                 for scenario in SCENARIOS
                 for name in adaptive
-            ),
-        )
-    )
-    out.append(
-        Table(
-            "Extended and unscented without noise, gyro bias",
-            ("filter", "RMSE [deg/s]", "range of the estimate before the fault [deg/s]"),
-            tuple(
-                (
-                    name,
-                    outcome.mean(NOISELESS, name, "rmse"),
-                    periodic(outcome, name),
-                )
-                for name in (EXTENDED, PUBLISHED)
             ),
         )
     )

@@ -9,8 +9,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from ...faults import windowed_mean
+from ...faults import fault_scores, windowed_mean
 from ...filters import Info
+from ...filters.jump_bank import JumpReport
 from ...updates.innovation_scaling import Scaling
 from ..experiment import Quantity, Record
 from .scenarios import DEGREE, END, ONSET, STATES, Scenario, selected
@@ -18,6 +19,7 @@ from .scenarios import DEGREE, END, ONSET, STATES, Scenario, selected
 SETTLED = 10.0  # s; the transient of the start is over
 SOON = 10.0  # s; an alarm later than that after the onset has missed the fault
 WINDOW = 20
+FAULTS = 3
 
 
 def quantities(scenario: Scenario) -> tuple[Quantity, ...]:
@@ -45,6 +47,14 @@ def factors(info: Info) -> Float[Array, " T"]:
     if isinstance(memory, tuple) and isinstance(memory[0], Scaling):
         return memory[0].process[:, STATES]
     return jnp.ones(info.nis.shape)
+
+
+def jump_ratio(info: Info) -> Float[Array, " T"]:
+    """The largest likelihood ratio of a jump; 0 where the filter looks for none."""
+    memory: Any = info.memory
+    if isinstance(memory, JumpReport):
+        return jnp.max(memory.statistic, axis=1)
+    return jnp.zeros(info.nis.shape)
 
 
 class Measure(eqx.Module):
@@ -79,19 +89,23 @@ class Measure(eqx.Module):
 
 
 class Traces(eqx.Module):
-    """From the same to the series of the figures."""
+    """From the same to the series of the figures, and to those that detectors are made of."""
 
     scale: float
 
     def __call__(self, record: Record, info: Info) -> dict[str, Array]:
         mean = info.estimate.mean
-        sigma = jnp.sqrt(jax.vmap(lambda each: each.cov[STATES, STATES])(info.estimate))
+        cov = jax.vmap(lambda each: each.cov)(info.estimate)
+        sigma = jnp.sqrt(cov[:, STATES, STATES])
         return {
             "fault": mean[:, STATES] / self.scale,
             "sigma": sigma / self.scale,
             "rate": mean[:, 0] / DEGREE,
             "angle": mean[:, 3] / DEGREE,
             "factor": jnp.log10(factors(info)),
+            "nis": info.nis,
+            "scores": fault_scores(mean, cov, FAULTS),
+            "ratio": jump_ratio(info),
         }
 
 

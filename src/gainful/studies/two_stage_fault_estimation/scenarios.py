@@ -25,11 +25,15 @@ from ...faults.modelling import FaultModel
 from ...models import Instant, Sample
 from ...models.base import block_diagonal
 from ...plants import RigidSpacecraft, fly, spacecraft_model
+from ...plants.attitude_forms import AbstractAttitudeForm
+from ...plants.rigid_spacecraft import GYRO_SIGMA, STAR_TRACKER_SIGMA
 from ..experiment import Record
 
 DEGREE = math.pi / 180.0  # rad
 ONSET, END = 50.0, 150.0  # s
 DURATION = 200.0  # s
+CALIBRATION = 1012
+"""Folded into the keys of flights on which thresholds are found."""
 STATES = 6
 """Rates and angles; the faults come after them."""
 
@@ -82,9 +86,10 @@ class Scenario:
             for signal in self.signals
         ]
 
-    def model(self, factor: float = 1.0) -> FaultModel:
-        """The filters' model, with the published walk times a factor."""
-        return with_faults(spacecraft_model(RigidSpacecraft()), self.faults(factor))
+    def model(self, factor: float = 1.0, *, readings: float = 1.0) -> FaultModel:
+        """The filters' model, with the published walk times a factor, and the sensors' sigmas times another."""
+        believed = RigidSpacecraft(gyro_sigma=readings * GYRO_SIGMA, star_tracker_sigma=readings * STAR_TRACKER_SIGMA)
+        return with_faults(spacecraft_model(believed), self.faults(factor))
 
 
 TORQUES = ("torque_x", "torque_y", "torque_z")
@@ -109,12 +114,16 @@ class Flight(eqx.Module):
         sensor: fault of the sensors, if any.
         size: of the fault, in the unit in which it is told.
         quiet: whether the flight is without noise and disturbance.
+        form: of the attitude; angles relative to the target if None.
+        other: folded into the key, for noise of its own; none for the noise that all faults share.
     """
 
     actuator: FaultySignals | None
     sensor: FaultySignals | None
     size: float
     quiet: bool = eqx.field(static=True, default=False)
+    form: AbstractAttitudeForm | None = None
+    other: int | None = eqx.field(static=True, default=None)
 
     def __call__(self, key: Array) -> Record:
         faults = {}
@@ -122,9 +131,13 @@ class Flight(eqx.Module):
             faults["actuator_fault"] = self.actuator
         if self.sensor is not None:
             faults["sensor_fault"] = self.sensor
-        craft = RigidSpacecraft()
+        craft = RigidSpacecraft(form=self.form)
         if self.quiet:
-            craft = RigidSpacecraft(torque_density=0.0, gyro_sigma=0.0, star_tracker_sigma=0.0, disturbance=0.0)
+            craft = RigidSpacecraft(
+                form=self.form, torque_density=0.0, gyro_sigma=0.0, star_tracker_sigma=0.0, disturbance=0.0
+            )
+        if self.other is not None:
+            key = jax.random.fold_in(key, self.other)
         flight = fly(craft, key=key, duration=DURATION, **faults)
         t, y = flight.t, flight.y
         when = Instant(t[1:], jnp.diff(t), flight.u[1:])
@@ -133,13 +146,18 @@ class Flight(eqx.Module):
         return Record(Sample(when, y[1:], jnp.ones(y[1:].shape, bool)), truth)
 
 
-def flight_of(scenario: Scenario, *, quiet: bool = False) -> Flight:
+def flight_of(scenario: Scenario, *, form: AbstractAttitudeForm | None = None, quiet: bool = False) -> Flight:
     """The flight of a scenario."""
     make = Loss if scenario.kind == "loss" else Bias
     injected = make(scenario.signals[0], scenario.size * scenario.scale, ONSET, END)
     on_sensor = scenario.kind == "bias"
     fault = FaultySignals(OUTPUTS if on_sensor else TORQUES, (injected,))
-    return Flight(None if on_sensor else fault, fault if on_sensor else None, scenario.size, quiet)
+    return Flight(None if on_sensor else fault, fault if on_sensor else None, scenario.size, quiet, form)
+
+
+def sound_flight() -> Flight:
+    """A flight without a fault, with noise of its own: what thresholds are found on."""
+    return Flight(None, None, 0.0, other=CALIBRATION)
 
 
 class StartsAtReading(eqx.Module):
