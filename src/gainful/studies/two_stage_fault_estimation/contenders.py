@@ -33,7 +33,8 @@ LITERAL, GATED, GATED_BIAS, PAPER = (
     "ATSUKF gated (bias)",
     "ATSUKF as in the figures",
 )
-GLR, IMM, TRACKING, TRACKING_USUAL = "GLR", "IMM, tuned", "strong tracking, tuned", "strong tracking, usual"
+GLR, IMM, IMM_RESTLESS = "GLR", "IMM, tuned", "IMM, restless"
+TRACKING, TRACKING_USUAL = "strong tracking, tuned", "strong tracking, usual"
 EKF, UKF = "augmented EKF, tuned Qb", "augmented UKF, tuned Qb"
 LAGGED = "tuned Qb, fixed lag of 1 s"
 LAG = 1.0  # s
@@ -99,6 +100,7 @@ def contenders(scenario: Scenario) -> dict[str, Any]:
         PAPER: dataclasses.replace(figures, noise=conservative),
         GLR: likelihood_ratio(scenario),
         IMM: two_models(scenario, scenario.jump),
+        IMM_RESTLESS: two_models(scenario, scenario.restless, (0.999, 0.5)),
         TRACKING: strong_tracking(0.5, 2.0),
         TRACKING_USUAL: strong_tracking(),
     }

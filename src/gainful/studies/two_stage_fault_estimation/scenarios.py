@@ -55,6 +55,7 @@ class Scenario:
         bound: largest fault thought possible, in that unit.
         tuned: factor on `walk` with the least error, found on other seeds.
         jump: sigma of a jump in the tuned bank of two models, in that unit.
+        restless: likewise in one that jumps more readily: less error after the loss, more while nothing happens.
     """
 
     name: str
@@ -69,6 +70,7 @@ class Scenario:
     bound: float
     tuned: float
     jump: float
+    restless: float
 
     @property
     def states(self) -> tuple[str, ...]:
@@ -97,12 +99,50 @@ GYROS = ("gyro_x", "gyro_y", "gyro_z")
 OUTPUTS = (*GYROS, "star_phi", "star_theta", "star_psi")
 
 OFFSET = Scenario(
-    "offset", "Wheel torque offset", "offset", TORQUES, "N m", 1.0, 0.03, 2e-5, 1e-3, 0.1, tuned=40.0, jump=0.01
+    name="offset",
+    title="Wheel torque offset",
+    kind="offset",
+    signals=TORQUES,
+    unit="N m",
+    scale=1.0,
+    size=0.03,
+    walk=2e-5,
+    sigma=1e-3,
+    bound=0.1,
+    tuned=40.0,
+    jump=0.01,
+    restless=0.02,
 )
 LOSS = Scenario(
-    "loss", "Loss of wheel effectiveness", "loss", TORQUES, "1", 1.0, 0.5, 2e-4, 1e-2, 1.0, tuned=110.0, jump=0.3
+    name="loss",
+    title="Loss of wheel effectiveness",
+    kind="loss",
+    signals=TORQUES,
+    unit="1",
+    scale=1.0,
+    size=0.5,
+    walk=2e-4,
+    sigma=1e-2,
+    bound=1.0,
+    tuned=110.0,
+    jump=0.3,
+    restless=0.6,
 )
-GYRO = Scenario("gyro", "Gyro bias", "bias", GYROS, "deg/s", DEGREE, 0.1, 2e-7, 1e-3, 1.0, tuned=13000.0, jump=0.05)
+GYRO = Scenario(
+    name="gyro",
+    title="Gyro bias",
+    kind="bias",
+    signals=GYROS,
+    unit="deg/s",
+    scale=DEGREE,
+    size=0.1,
+    walk=2e-7,
+    sigma=1e-3,
+    bound=1.0,
+    tuned=13000.0,
+    jump=0.05,
+    restless=0.05,
+)
 SCENARIOS = (OFFSET, LOSS, GYRO)
 
 
