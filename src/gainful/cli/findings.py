@@ -56,7 +56,7 @@ def _claims(outcome: Outcome) -> Table:
     table = Table(title="claims", title_justify="left", title_style="bold", header_style="bold")
     table.add_column("verdict", no_wrap=True, min_width=max(len(word) for word in _STYLE) + 2)  # with its mark
     table.add_column("claim", no_wrap=True, overflow="ellipsis", ratio=2)
-    table.add_column("checks", no_wrap=True, justify="right")
+    table.add_column("checks", no_wrap=True, justify="right", min_width=8)
     table.add_column("what decides", no_wrap=True, overflow="ellipsis", ratio=5)
     for finding in outcome.findings:
         verdict = Text(f"{LOOKS[finding.verdict].mark} {finding.verdict}", style=_STYLE[finding.verdict])
