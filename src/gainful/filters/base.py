@@ -6,9 +6,12 @@ import abc
 from typing import Any
 
 import equinox as eqx
-from jaxtyping import Array, Float, Int
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
 
-from ..estimates import AbstractEstimate
+from ..errors import Status
+from ..estimates import AbstractEstimate, Innovation
 from ..models import AbstractModel, Sample
 
 
@@ -34,6 +37,48 @@ class Info(eqx.Module):
     log_likelihood: Float[Array, ""]
     weight: Float[Array, " m"]
     status: Int[Array, ""]
+
+    @classmethod
+    def of(
+        cls,
+        estimate: AbstractEstimate,
+        memory: Any,
+        innovation: Innovation,
+        weight: Float[Array, " m"],
+        status: Int[Array, ""],
+    ) -> Info:
+        """The report of a step with that innovation."""
+        return cls(
+            estimate,
+            memory,
+            innovation.residual,
+            innovation.cov,
+            innovation.nis,
+            innovation.log_likelihood,
+            weight,
+            status,
+        )
+
+
+def is_finite(tree: Any) -> Bool[Array, ""]:
+    """Whether all numbers of a tree are."""
+    return jnp.all(jnp.isfinite(jnp.concatenate([jnp.ravel(leaf) for leaf in jax.tree.leaves(tree)])))
+
+
+def step_status(
+    measured: Bool[Array, ""], innovation: Innovation, usable: Bool[Array, ""], counted: Bool[Array, ""]
+) -> Int[Array, ""]:
+    """What became of a step whose prediction is sound.
+
+    Args:
+        measured: whether there was a measurement.
+        innovation: of the update.
+        usable: whether what the update made of it can be kept.
+        counted: whether any of the measurement counted.
+    """
+    judged = jnp.where(usable, jnp.where(counted, Status.ok, Status.rejected), Status.nonfinite)
+    broken = ~innovation.positive & is_finite(innovation.cov)
+    return jnp.where(measured, jnp.where(broken, Status.not_positive, judged), Status.missing).astype(jnp.int32)
 
 
 class AbstractEstimator(eqx.Module):

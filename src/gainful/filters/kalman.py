@@ -15,7 +15,7 @@ from ..linearization import AbstractLinearization, Taylor
 from ..models import AbstractModel, Sample
 from ..noise import AbstractNoise, Nominal
 from ..updates import AbstractUpdate, Exact, Likelihood, Update
-from .base import AbstractEstimator, Info
+from .base import AbstractEstimator, Info, is_finite, step_status
 
 
 class Carry(eqx.Module):
@@ -92,8 +92,8 @@ class KalmanFilter(AbstractEstimator):
         )
         memory, update = self.update(carry.update, prior, likelihood, sample.y)
         innovation, posterior = update.innovation, update.posterior
-        predicted = _finite(prior)
-        usable = innovation.positive & predicted & _finite(posterior)
+        predicted = is_finite(prior)
+        usable = innovation.positive & predicted & is_finite(posterior)
         measured = jnp.any(sample.seen)
         estimate = jax.tree.map(
             lambda new, middle, old: jnp.where(usable & measured, new, jnp.where(predicted, middle, old)),
@@ -101,38 +101,12 @@ class KalmanFilter(AbstractEstimator):
             prior,
             last,
         )
-        status = jnp.where(
-            ~predicted,
-            Status.nonfinite,
-            jnp.where(
-                ~measured,
-                Status.missing,
-                jnp.where(
-                    ~innovation.positive & _finite(innovation.cov),
-                    Status.not_positive,
-                    jnp.where(
-                        ~usable, Status.nonfinite, jnp.where(jnp.any(update.weight > 0), Status.ok, Status.rejected)
-                    ),
-                ),
-            ),
-        ).astype(jnp.int32)
+        judged = step_status(measured, innovation, usable, jnp.any(update.weight > 0))
+        status = jnp.where(predicted, judged, Status.nonfinite).astype(jnp.int32)
         learned = jax.tree.map(
             lambda new, old: jnp.where(usable, new, old),
             (memory, self.noise.learn(carry.noise, update)),
             (carry.update, carry.noise),
         )
-        info = Info(
-            estimate,
-            learned,
-            innovation.residual,
-            innovation.cov,
-            innovation.nis,
-            innovation.log_likelihood,
-            update.weight,
-            status,
-        )
+        info = Info.of(estimate, learned, innovation, update.weight, status)
         return Carry(estimate, *learned), info, update
-
-
-def _finite(estimate: Any) -> jax.Array:
-    return jnp.all(jnp.isfinite(jnp.concatenate([jnp.ravel(leaf) for leaf in jax.tree.leaves(estimate)])))

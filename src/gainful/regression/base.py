@@ -81,4 +81,4 @@ def reported(
     lower, inverse, _ = root_and_inverse(spread)
     found = Innovation(residual, spread, lower, inverse, whole, jnp.all(jnp.diagonal(lower) > 0))
     weight = whole.astype(residual.dtype)
-    return Info(after, memory, residual, spread, found.nis, found.log_likelihood, weight, status)
+    return Info.of(after, memory, found, weight, status)

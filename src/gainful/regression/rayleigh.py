@@ -5,18 +5,17 @@ from __future__ import annotations
 from typing import Literal
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..errors import ConfigError, Status, did_you_mean
-from ..estimates import AbstractEstimate, Gaussian
+from ..errors import ConfigError, did_you_mean
+from ..estimates import AbstractEstimate
 from ..filters import AbstractEstimator, Info
 from ..linalg import congruence, product, root, symmetrize
 from ..models import AbstractModel, Sample
-from .base import as_regression, check_arguments, rows_of, weights_of
-from .pencil import Separation, inverse_of, judged
-from .recursive_total_least_squares import TotalLeastSquaresCarry, concluded
+from .base import as_regression, check_arguments
+from .errors_in_variables import TotalLeastSquaresCarry, concluded, started, taken
+from .pencil import inverse_of
 from .row_noise import AbstractRowNoise, ConstantRowNoise
 
 Direction = Literal["input", "gain"]
@@ -69,42 +68,27 @@ class RayleighTotalLeastSquares(AbstractEstimator):
 
     def init(self, model: AbstractModel, prior: AbstractEstimate) -> TotalLeastSquaresCarry:
         as_regression(model, self.weights)
-        theta = prior.mean
-        zero, one = jnp.zeros((), theta.dtype), jnp.ones((), theta.dtype)
-        a = jnp.append(theta, -one)
-        none = jnp.zeros((len(a), len(a)), theta.dtype)
-        start = Gaussian.start(theta, prior.cov, model.space)
-        return TotalLeastSquaresCarry(start, none, none, a, zero, zero, one, Separation(one, one, zero))
+        a = jnp.append(prior.mean, -jnp.ones((), prior.mean.dtype))
+        return started(model, prior, jnp.zeros((len(a), len(a)), a.dtype), a)
 
     def step(
         self, model: AbstractModel, carry: TotalLeastSquaresCarry, sample: Sample
     ) -> tuple[TotalLeastSquaresCarry, Info]:
-        regression = as_regression(model, self.weights)
-        rows, whole = rows_of(regression, sample)
-        weights = weights_of(self.weights, regression, carry.estimate, sample)
-        covariances = jax.vmap(self.noise)(rows)
-        counted = jnp.where(whole, weights, 0.0)
-        noise = self.forgetting * carry.noise + jnp.tensordot(whole.astype(rows.dtype), covariances, 1)
-        information = self.forgetting * carry.square + symmetrize(product(rows.T * counted, rows))
-        count = self.forgetting * carry.count + jnp.sum(whole)
-        squares = self.forgetting**2 * carry.squares + jnp.sum(whole)
+        new = taken(model, carry, sample, self.weights, self.forgetting, self.noise)
+        counted = jnp.where(new.whole, new.weights, 0.0)
+        information = self.forgetting * carry.square + symmetrize(product(new.rows.T * counted, new.rows))
         n = len(carry.direction) - 1
         inverse = inverse_of(root(information[:n, :n])[0])
         least = inverse.T @ (inverse @ information[:n, n])
         theta = carry.direction[:n]
-        for row in rows:
+        for row in new.rows:
             along = row[:n] if self.direction == "input" else inverse.T @ (inverse @ row[:n])
-            theta = theta + line_search(theta, along, information, noise) * along
-        theta = jnp.where(count <= self.warm_start, least, theta)
+            theta = theta + line_search(theta, along, information, new.noise) * along
+        theta = jnp.where(new.count <= self.warm_start, least, theta)
         direction = jnp.append(theta, -jnp.ones((), theta.dtype))
         half = inverse_of(root(information)[0])
-        spectrum = jnp.linalg.eigvalsh(symmetrize(congruence(half, noise)))
-        estimate, separation, status = judged(
-            carry.estimate, direction, information, noise, spectrum, count, squares, self.gap_gate
-        )
-        scale = jnp.where(status == Status.ok, separation.noise_scale, carry.scale)
-        new = TotalLeastSquaresCarry(estimate, information, noise, direction, count, squares, scale, separation)
-        return concluded(carry, new, status, rows, whole, weights, covariances)
+        spectrum = jnp.linalg.eigvalsh(symmetrize(congruence(half, new.noise)))
+        return concluded(carry, information, direction, information, spectrum, new, gate=self.gap_gate)
 
 
 def line_search(

@@ -6,9 +6,9 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from ..errors import Status
 from ..estimates import AbstractEstimate, Affine, Gaussian
 from ..filters import AbstractEstimator, Info
+from ..filters.base import is_finite, step_status
 from ..models import AbstractModel, Sample
 from .base import as_regression, check_arguments, rows_of, weights_of
 
@@ -61,20 +61,7 @@ class RecursiveLeastSquares(AbstractEstimator):
         value = regressors @ faded.mean
         affine = Affine(value, regressors, faded.mean, noise, none, none, regression.space, regression.output)
         posterior, innovation = faded.condition(affine.masked(whole), rows[:, -1], whole)
-        usable = innovation.positive & jnp.all(jnp.isfinite(posterior.mean)) & jnp.all(jnp.isfinite(posterior.cov))
+        usable = innovation.positive & is_finite(posterior)
         after = jax.tree.map(lambda new, old: jnp.where(measured & usable, new, old), posterior, moved)
-        broken = jnp.where(
-            jnp.all(jnp.isfinite(innovation.cov)) & ~innovation.positive, Status.not_positive, Status.nonfinite
-        )
-        status = jnp.where(~measured, Status.missing, jnp.where(usable, Status.ok, broken)).astype(jnp.int32)
-        info = Info(
-            after,
-            (),
-            innovation.residual,
-            innovation.cov,
-            innovation.nis,
-            innovation.log_likelihood,
-            whole.astype(value.dtype),
-            status,
-        )
-        return after, info
+        status = step_status(measured, innovation, usable, measured)
+        return after, Info.of(after, (), innovation, whole.astype(value.dtype), status)

@@ -5,45 +5,21 @@ from __future__ import annotations
 from typing import Literal
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from ..errors import ConfigError, Status, did_you_mean
-from ..estimates import AbstractEstimate, Gaussian
+from ..errors import ConfigError, did_you_mean
+from ..estimates import AbstractEstimate
 from ..filters import AbstractEstimator, Info
 from ..linalg import congruence, inverse_lower, product, root, root_and_inverse, symmetrize, triangularize
 from ..models import AbstractModel, Sample
-from .base import as_regression, check_arguments, reported, rows_of, weights_of
-from .pencil import Separation, inverse_of, judged
+from .base import as_regression, check_arguments
+from .errors_in_variables import TotalLeastSquaresCarry, concluded, started, taken
+from .pencil import inverse_of
 from .row_noise import AbstractRowNoise, ConstantRowNoise
 
 Form = Literal["qr", "covariance", "exact"]
 FORMS: tuple[Form, ...] = ("qr", "covariance", "exact")
-
-
-class TotalLeastSquaresCarry(eqx.Module):
-    """What recursive total least squares remembers.
-
-    Attributes:
-        estimate: the last one accepted.
-        square: lower-triangular root `L` of the information `S = L L^T`, or `P = S^-1` in covariance form (p, p).
-        noise: `N`, sum of the noise of the weighted rows (p, p).
-        direction: unit vector along `[theta; -1]` (p,).
-        count: sum of the rows' forgetting weights.
-        squares: sum of the squares of those weights.
-        scale: noise scale when an estimate was accepted last, 1 before.
-        separation: how far the estimate stood out of the noise at the last measurement.
-    """
-
-    estimate: Gaussian
-    square: Float[Array, "p p"]
-    noise: Float[Array, "p p"]
-    direction: Float[Array, " p"]
-    count: Float[Array, ""]
-    squares: Float[Array, ""]
-    scale: Float[Array, ""]
-    separation: Separation
 
 
 class RecursiveTotalLeastSquares(AbstractEstimator):
@@ -101,47 +77,32 @@ class RecursiveTotalLeastSquares(AbstractEstimator):
 
     def init(self, model: AbstractModel, prior: AbstractEstimate) -> TotalLeastSquaresCarry:
         as_regression(model, self.weights)
-        theta = prior.mean
-        zero, one = jnp.zeros((), theta.dtype), jnp.ones((), theta.dtype)
-        a = jnp.append(theta, -one)
+        one = jnp.ones((), prior.mean.dtype)
+        a = jnp.append(prior.mean, -one)
         first = self.noise(jnp.zeros_like(a))
         if self.form == "covariance":
             mean = jnp.trace(first) / len(a)
             square = jnp.eye(len(a), dtype=a.dtype) / (self.loading * jnp.where(mean > 0, mean, 1.0))
         else:
             square = jnp.sqrt(self.loading * one) * root(first)[0]
-        start = Gaussian.start(theta, prior.cov, model.space)
-        unit = a / jnp.sqrt(jnp.sum(a**2))
-        empty = Separation(one, one, zero)
-        return TotalLeastSquaresCarry(start, square, jnp.zeros_like(first), unit, zero, zero, one, empty)
+        return started(model, prior, square, a / jnp.sqrt(jnp.sum(a**2)))
 
     def step(
         self, model: AbstractModel, carry: TotalLeastSquaresCarry, sample: Sample
     ) -> tuple[TotalLeastSquaresCarry, Info]:
-        regression = as_regression(model, self.weights)
-        rows, whole = rows_of(regression, sample)
-        weights = weights_of(self.weights, regression, carry.estimate, sample)
-        covariances = jax.vmap(self.noise)(rows)
-        noise = self.forgetting * carry.noise + jnp.tensordot(whole.astype(rows.dtype), covariances, 1)
-        square, half, information, valid = self._accumulated(carry.square, rows, whole, weights)
-        inner = symmetrize(congruence(half, noise))
+        new = taken(model, carry, sample, self.weights, self.forgetting, self.noise)
+        square, half, information, valid = self._accumulated(carry.square, new.rows, new.whole, new.weights)
+        inner = symmetrize(congruence(half, new.noise))
         if self.form == "exact":
             spectrum, vectors = jnp.linalg.eigh(inner)
             direction = half.T @ vectors[:, -1]
         else:
             spectrum, direction = jnp.linalg.eigvalsh(inner), carry.direction
             for _ in range(self.iterations):
-                turned = half.T @ (half @ (noise @ direction))
+                turned = half.T @ (half @ (new.noise @ direction))
                 direction = turned / jnp.sqrt(jnp.sum(turned**2))
         direction = direction / jnp.sqrt(jnp.sum(direction**2))
-        count = self.forgetting * carry.count + jnp.sum(whole)
-        squares = self.forgetting**2 * carry.squares + jnp.sum(whole)
-        estimate, separation, status = judged(
-            carry.estimate, direction, information, noise, spectrum, count, squares, self.gap_gate
-        )
-        scale = jnp.where(status == Status.ok, separation.noise_scale, carry.scale)
-        new = TotalLeastSquaresCarry(estimate, square, noise, direction, count, squares, scale, separation)
-        return concluded(carry, new, jnp.where(valid, status, Status.not_positive), rows, whole, weights, covariances)
+        return concluded(carry, square, direction, information, spectrum, new, gate=self.gap_gate, valid=valid)
 
     def _accumulated(
         self,
@@ -164,24 +125,3 @@ class RecursiveTotalLeastSquares(AbstractEstimator):
         faded, weighted = jnp.sqrt(jnp.asarray(lam, rows.dtype)) * square, jnp.sqrt(weights)[:, None] * rows
         lower = triangularize(jnp.concatenate([faded, weighted.T], axis=1))
         return lower, inverse_of(lower), product(lower, lower.T), jnp.array(True)
-
-
-def concluded(
-    carry: TotalLeastSquaresCarry,
-    new: TotalLeastSquaresCarry,
-    status: Array,
-    rows: Float[Array, "s p"],
-    whole: Bool[Array, " s"],
-    weights: Float[Array, " s"],
-    covariances: Float[Array, "s p p"],
-) -> tuple[TotalLeastSquaresCarry, Info]:
-    """The memory and report of a step: the new memory unless nothing was measured or its numbers cannot be used."""
-    measured = jnp.any(whole)
-    held = (new.square, new.noise, new.direction)
-    finite = jnp.all(jnp.stack([jnp.all(jnp.isfinite(each)) for each in held]))
-    usable = measured & finite & (status != Status.not_positive)
-    after = jax.tree.map(lambda fresh, old: jnp.where(usable, fresh, old), new, carry)
-    status = jnp.where(~measured, Status.missing, jnp.where(finite, status, Status.nonfinite)).astype(jnp.int32)
-    a = jnp.append(carry.estimate.mean, -jnp.ones((), rows.dtype))
-    variances = carry.scale * jnp.einsum("i,sij,j->s", a, covariances, a) / weights
-    return after, reported(rows, whole, carry.estimate, variances, after.estimate, after.separation, status)
