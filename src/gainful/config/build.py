@@ -31,14 +31,14 @@ from ..faults import (
     inject,
     with_faults,
 )
-from ..filters import AbstractEstimator, KalmanFilter
+from ..filters import AbstractEstimator
 from ..models import AbstractModel, augment, continuous_model, discrete_model, sensor
 from ..plants import CATALOGUE
 from ..running import Log, make_prior
 from ..running.checks import place_of
 from ..updates import AbstractUpdate, Gated
-from .parameters import extended_prior, watching, with_parameters
-from .parts import make_filter, make_part
+from .parameters import bounds_of, extended_prior, watching, with_parameters
+from .parts import make_filter, make_part, single_filter
 from .schema import EstimateConfig, FaultSection, InjectSection, ModelSection, Signals
 
 _ALWAYS = {"augment"}
@@ -79,12 +79,9 @@ def build_filter(config: EstimateConfig, model: AbstractModel) -> AbstractEstima
         if isinstance(config.filter, Mapping) and "update" in config.filter:
             raise ConfigError("update: expected it here or in filter.update, got it in both")
         update = make_part(AbstractUpdate, config.update, "update")
-        if not isinstance(chosen, KalmanFilter):
-            raise ConfigError(f"update: expected a single filter to have it, got a {type(chosen).__name__}")
-        chosen = dataclasses.replace(chosen, update=update)
+        chosen = dataclasses.replace(single_filter(chosen, "update", " to have it"), update=update)
     if config.options.gate is not None:
-        if not isinstance(chosen, KalmanFilter):
-            raise ConfigError(f"options.gate: expected a single filter to gate, got a {type(chosen).__name__}")
+        chosen = single_filter(chosen, "options.gate", " to gate")
         try:
             gated = Gated(chosen.update, config.options.gate, config.options.reacquire)
         except ConfigError as problem:
@@ -208,17 +205,12 @@ def _only(section: ModelSection, used: set[str], why: str) -> None:
             raise ConfigError(f"model.{field.name}: {why}")
 
 
-def _bounds(key: str, values: list[float]) -> tuple[float | None, float | None]:
-    if len(values) not in (1, 2):
-        raise ConfigError(f"model.{key}: expected one or two numbers, got {values}")
-    return (values[0], values[1] if len(values) == 2 else None)
-
-
 def _signals(given: Signals | None, key: str) -> Any:
     if not isinstance(given, Mapping):
         return given
     return {
-        name: _bounds(f"{key}.{name}", value) if isinstance(value, list) else value for name, value in given.items()
+        name: bounds_of(f"model.{key}.{name}", value) if isinstance(value, list) else value
+        for name, value in given.items()
     }
 
 

@@ -9,12 +9,25 @@ from typing import Any
 import numpy as np
 
 from ..errors import ConfigError, did_you_mean
-from ..filters import AbstractEstimator, KalmanFilter
+from ..filters import AbstractEstimator
 from ..models import AbstractModel, AugmentedModel, augment
+from ..models.extended import layers
 from ..noise import Capped
 from ..running.prior import tangent_scale
 from ..updates import ChangeDetection
+from .parts import single_filter
 from .schema import ParameterSection, PriorSection
+
+
+def bounds_of(path: str, values: list[float]) -> tuple[float | None, float | None]:
+    """Lower and upper bound, the upper one left open where there is one number.
+
+    Raises:
+        ConfigError: another count of numbers.
+    """
+    if len(values) not in (1, 2):
+        raise ConfigError(f"{path}: expected one or two numbers, got {values}")
+    return values[0], values[1] if len(values) == 2 else None
 
 
 def with_parameters(model: AbstractModel, sections: dict[str, ParameterSection]) -> AbstractModel:
@@ -35,10 +48,8 @@ def with_parameters(model: AbstractModel, sections: dict[str, ParameterSection])
             least = "at least 0" if key == "walk" else "above 0"
             if value is not None and not (math.isfinite(value) and (value > 0 or (key == "walk" and value == 0))):
                 raise ConfigError(f"parameters.{name}.{key}: expected a number {least}, got {value!r}")
-        if section.bounds is not None and len(section.bounds) not in (1, 2):
-            raise ConfigError(f"parameters.{name}.bounds: expected one or two numbers, got {section.bounds}")
     bounds = {
-        name: (section.bounds[0], section.bounds[1] if len(section.bounds) == 2 else None)
+        name: bounds_of(f"parameters.{name}.bounds", section.bounds)
         for name, section in sections.items()
         if section.bounds is not None
     }
@@ -73,8 +84,7 @@ def watching(
     jumps = {name: each.jump for name, each in sections.items() if each.jump is not None}
     if not limits and not jumps:
         return chosen
-    if not isinstance(chosen, KalmanFilter):
-        raise ConfigError(f"parameters: expected a single filter to watch them, got a {type(chosen).__name__}")
+    chosen = single_filter(chosen, "parameters", " to watch them")
     scale = _tangent(model, sections)
     noise, update = chosen.noise, chosen.update
     if limits:
@@ -90,9 +100,7 @@ def _starts(model: AbstractModel, sections: dict[str, ParameterSection]) -> dict
 
 
 def _joint(model: AbstractModel) -> AugmentedModel:
-    while not (isinstance(model, AugmentedModel) and model.parameter_names):
-        model = model.base  # type: ignore[attr-defined]  # faults and biases are added on top of parameters
-    return model
+    return next(each for each in layers(model) if isinstance(each, AugmentedModel) and each.parameter_names)
 
 
 def _tangent(model: AbstractModel, sections: dict[str, ParameterSection]) -> dict[str, tuple[str, float]]:

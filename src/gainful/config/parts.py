@@ -244,9 +244,17 @@ def _fixed(given: Any) -> Any:
 
 
 def _kalman(given: Any, path: str) -> KalmanFilter:
-    made = make_filter(given, path)
+    return single_filter(make_filter(given, path), path)
+
+
+def single_filter(made: AbstractEstimator, path: str, purpose: str = "") -> KalmanFilter:
+    """The estimator, if it is a single filter.
+
+    Raises:
+        ConfigError: it is not, blamed on `path`, which wants it for a purpose.
+    """
     if not isinstance(made, KalmanFilter):
-        raise ConfigError(f"{path}: expected a single filter, got a {type(made).__name__}")
+        raise ConfigError(f"{path}: expected a single filter{purpose}, got a {type(made).__name__}")
     return made
 
 

@@ -8,9 +8,10 @@ from typing import Any
 import jax
 import numpy as np
 
-from ..models import AbstractModel, AugmentedModel
-from ..models.extended import AbstractExtendedModel
+from ..models import AugmentedModel
+from ..models.extended import layers
 from ..running import Result
+from ..spaces import AbstractSpace
 from ..updates import ChangeDetection, Changes
 
 NOTHING = 0.9
@@ -82,9 +83,9 @@ def learned(result: Result) -> tuple[Learned, ...]:
         result: of a run; of a smoothed one the filter is judged.
     """
     found = result if result.filtered is None else result.filtered
-    space = found.model.space
-    own, before = _parameters(found.model), np.sqrt(np.diagonal(np.asarray(found.prior.cov)))
-    names = dict(zip(space.tangent_names, _names(found.model), strict=True))
+    space, names = found.model.space, state_names(found.model.space)
+    own = {name for each in layers(found.model) if isinstance(each, AugmentedModel) for name in each.parameter_names}
+    before = np.sqrt(np.diagonal(np.asarray(found.prior.cov)))
     when = changes(result)
     return tuple(
         Learned(
@@ -98,17 +99,13 @@ def learned(result: Result) -> tuple[Learned, ...]:
     )
 
 
-def _names(model: AbstractModel) -> list[str]:
-    """The state that each degree of freedom belongs to."""
-    out: list[str] = []
-    for part in model.space.parts:
-        out += part.names if part.size == part.dof else part.tangent_names
+def state_names(space: AbstractSpace) -> dict[str, str]:
+    """The state that each degree of freedom belongs to: a bounded number goes by another name in the covariance."""
+    out: dict[str, str] = {}
+    for part in space.parts:
+        own = part.names if part.size == part.dof else part.tangent_names
+        out |= zip(part.tangent_names, own, strict=True)
     return out
-
-
-def _parameters(model: AbstractModel) -> set[str]:
-    found = set(model.parameter_names) if isinstance(model, AugmentedModel) else set()
-    return found | _parameters(model.base) if isinstance(model, AbstractExtendedModel) else found
 
 
 def _all(tree: Any, kind: type) -> list[Any]:

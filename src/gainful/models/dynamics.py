@@ -6,6 +6,7 @@ from typing import Any
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from ..errors import ModelError
@@ -40,6 +41,10 @@ class AbstractDynamics(eqx.Module):
     def noise(self, space: AbstractSpace, x: Array, when: Instant, p: dict[str, Array]) -> Float[Array, "dof dof"]:
         """The covariance the interval adds, in tangent coordinates."""
 
+    def cautions(self, x: Float[np.ndarray, "T size"]) -> tuple[str, ...]:
+        """What a reader of estimates along these states should know of the motion there."""
+        return ()
+
 
 def _shaped(matrix: Array, rows: int, role: str) -> Array:
     if matrix.shape == (1, 1) and rows > 1:
@@ -72,6 +77,9 @@ class DiscreteDynamics(AbstractDynamics):
     Q: Matrix
     G: Matrix | None
 
+    def cautions(self, x: Float[np.ndarray, "T size"]) -> tuple[str, ...]:
+        return self.f.cautions(x)
+
     @property
     def takes_dt(self) -> bool:
         return "dt" in self.f.asks
@@ -103,6 +111,9 @@ class ContinuousDynamics(AbstractDynamics):
     Q: Matrix
     G: Matrix | None
     substeps: int = eqx.field(static=True)
+
+    def cautions(self, x: Float[np.ndarray, "T size"]) -> tuple[str, ...]:
+        return self.f.cautions(x)
 
     @property
     def takes_dt(self) -> bool:

@@ -1,5 +1,6 @@
 """What models that carry further states have in common."""
 
+from collections.abc import Iterator
 from typing import Self
 
 import equinox as eqx
@@ -7,6 +8,13 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from .base import AbstractModel
+
+
+def layers(model: AbstractModel) -> Iterator[AbstractModel]:
+    """The model, the one that it extends, and so on."""
+    yield model
+    if isinstance(model, AbstractExtendedModel):
+        yield from layers(model.base)
 
 
 class AbstractExtendedModel(AbstractModel):

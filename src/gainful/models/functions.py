@@ -9,6 +9,7 @@ from typing import Any
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from ..errors import ModelError, did_you_mean
@@ -49,6 +50,11 @@ class Function(eqx.Module):
                 f"got the arguments {names}{hint}"
             )
         self.fn, self.arity, self.asks = fn, len(plain), tuple(extra)
+
+    def cautions(self, x: Float[np.ndarray, "T size"]) -> tuple[str, ...]:
+        """What the function says of itself along these states, if it is an object that does."""
+        told = getattr(self.fn, "cautions", None)
+        return () if told is None else told(x)
 
     def __call__(self, x: Array, u: Array, t: Array, dt: Array, p: dict[str, Array]) -> Any:
         offered = {"dt": dt, "p": p}

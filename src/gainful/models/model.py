@@ -46,10 +46,7 @@ class Model(AbstractModel):
         return eqx.tree_at(lambda model: model.parameters, self, self.parameters | values)
 
     def cautions(self, x: Float[np.ndarray, "T size"]) -> tuple[str, ...]:
-        # A transition that is a module may know where it is not to be believed.
-        transition = getattr(self.dynamics, "f", None)
-        told = getattr(getattr(transition, "fn", None), "cautions", None)
-        return () if told is None else told(x)
+        return self.dynamics.cautions(x)
 
     def transition(self, x: Float[Array, " size"], when: Instant) -> Float[Array, " size"]:
         moved = self.dynamics.move(self.space, x, when, self.parameters)

@@ -8,9 +8,10 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..errors import ConfigError, did_you_mean
+from ..errors import ConfigError
 from ..models import AbstractModel
 from ..updates import Update
+from ..updates.adaptation import state_rows
 from .base import AbstractNoise
 from .nominal import Nominal
 
@@ -42,12 +43,9 @@ class Capped(AbstractNoise):
                 raise ConfigError(f"limits: expected a standard deviation above 0 for {name!r}, got {limit!r}")
 
     def init(self, model: AbstractModel) -> tuple[Float[Array, " dof"], Float[Array, " dof"], Any]:
-        names = model.space.tangent_names
-        for name in self.limits:
-            if name not in names:
-                raise ConfigError(f"limits: {name!r} is not a state of the model; {did_you_mean(name, names)}")
-        precisions = jnp.array([self.limits.get(name, jnp.inf) for name in names]) ** -2.0
-        return precisions, jnp.zeros(len(names)), self.inner.init(model)
+        state_rows("limits", self.limits, model.space)
+        precisions = jnp.array([self.limits.get(name, jnp.inf) for name in model.space.tangent_names]) ** -2.0
+        return precisions, jnp.zeros(model.space.dof), self.inner.init(model)
 
     def process(self, carry: Any, Q: Float[Array, "dof dof"]) -> Float[Array, "dof dof"]:
         precisions, variances, inner = carry

@@ -51,12 +51,13 @@ class ServoRecord(eqx.Module):
     @property
     def samples(self) -> Sample:
         """Stacked along time, for the reduced model."""
-        return self._samples(self.u)
+        when = Instant(self.t, jnp.full_like(self.t, STEP), self.u)
+        return Sample(when, self.y, jnp.ones(self.y.shape, bool))
 
     @property
     def told_samples(self) -> Sample:
         """The same with the variance of every reading among the inputs, for a reduced model with `told_variances`."""
-        return self._samples(jnp.concatenate([self.u, self.variance], axis=1))
+        return told_variances(self.samples, self.variance)
 
     @property
     def truth(self) -> dict[str, Float[Array, " T"]]:
@@ -64,9 +65,11 @@ class ServoRecord(eqx.Module):
         columns = jnp.concatenate([self.states, self.parameters], axis=1).T
         return dict(zip((*SENSORS, "p1", "p2"), columns, strict=True))
 
-    def _samples(self, u: Array) -> Sample:
-        when = Instant(self.t, jnp.full_like(self.t, STEP), u)
-        return Sample(when, self.y, jnp.ones(self.y.shape, bool))
+
+def told_variances(samples: Sample, variance: Float[Array, "T m"]) -> Sample:
+    """Samples with the variance of every reading among the inputs."""
+    u = jnp.concatenate([samples.when.u, variance], axis=1)
+    return eqx.tree_at(lambda each: each.when.u, samples, u)
 
 
 def sample_times(steps: int) -> Float[Array, " steps"]:

@@ -171,10 +171,12 @@ class Study:
 
     def tables_of(self, outcome: Outcome) -> list[Table]:
         """The study's tables, or one per experiment."""
-        if self.tables is not None:
-            return list(self.tables(outcome))
-        return [outcome.table(experiment.name) for experiment in self.experiments]
+        return self._whole.tables_of(outcome)
 
     def figures_of(self, outcome: Outcome) -> list[Figure | Chart]:
         """The study's figures, if it has any."""
-        return list(self.figures(outcome)) if self.figures is not None else []
+        return self._whole.figures_of(outcome)
+
+    @property
+    def _whole(self) -> Chapter:
+        return Chapter(self.experiments, self.claims, self.tables, self.figures, self.notes)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any, TypeVar
 
 import equinox as eqx
@@ -82,3 +83,16 @@ def ridge_of(bounds: dict[str, float], space: AbstractSpace) -> Float[Array, " a
             known = did_you_mean(name, names) if names else "nothing was added to the model"
             raise ConfigError(f"bounds: {name!r} is not an added state; {known}")
     return jnp.array([bounds.get(name, jnp.inf) for name in names]) ** -2.0
+
+
+def state_rows(role: str, states: Iterable[str], space: AbstractSpace) -> list[int]:
+    """Where states stand in the covariance.
+
+    Raises:
+        ConfigError: one that is not a state, blamed on `role`.
+    """
+    names = list(space.tangent_names)
+    for name in states:
+        if name not in names:
+            raise ConfigError(f"{role}: {name!r} is not a state of the model; {did_you_mean(str(name), names)}")
+    return [names.index(name) for name in states]

@@ -13,7 +13,7 @@ from ..estimates import AbstractEstimate
 from ..linalg import product, whitening_root
 from ..linalg.whitening import Whitening, check_whitening
 from ..models import AbstractModel
-from .adaptation import inflated, remembered
+from .adaptation import inflated, remembered, state_rows
 from .base import AbstractUpdate, Likelihood, Update
 from .influence import huber_fisher_information, huber_psi, huber_threshold
 from .robust import MasreliezMartin
@@ -99,10 +99,7 @@ class ChangeDetection(AbstractUpdate):
             raise ConfigError(f"action: {self.action!r} is not known; {did_you_mean(str(self.action), ACTIONS)}")
 
     def init(self, model: AbstractModel) -> Changes:
-        names = model.space.tangent_names
-        for name in self.jumps:
-            if name not in names:
-                raise ConfigError(f"jumps: {name!r} is not a state of the model; {did_you_mean(name, names)}")
+        state_rows("jumps", self.jumps, model.space)
         none = jnp.zeros(len(self.jumps))
         since = jnp.full(len(self.jumps), self.dead_time, jnp.int32)
         return Changes(none, none, none, none, since, jnp.array(0, jnp.int32), self.inner.init(model))
@@ -117,8 +114,7 @@ class ChangeDetection(AbstractUpdate):
     ) -> tuple[Changes, Update]:
         inner, update = self.inner(carry.inner, prior, likelihood, y)
         measured = jnp.any(likelihood.seen)
-        names = list(prior.space.tangent_names)
-        rows = jnp.array([names.index(name) for name in self.jumps], int)
+        rows = jnp.array(state_rows("jumps", self.jumps, prior.space), int)
         score = self._score(prior, update, rows).astype(carry.score.dtype)
         up = jnp.maximum(0.0, carry.up + score - self.allowance)
         down = jnp.maximum(0.0, carry.down - score - self.allowance)

@@ -6,11 +6,11 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..errors import ConfigError, did_you_mean
 from ..estimates import AbstractEstimate
 from ..estimates.base import residual_of
 from ..linalg import product, times_inverse
 from ..models import AbstractModel
+from .adaptation import state_rows
 from .base import AbstractUpdate, Likelihood, Update
 
 
@@ -29,11 +29,8 @@ class Considered(AbstractUpdate):
     states: tuple[str, ...] = eqx.field(static=True, default=())
 
     def init(self, model: AbstractModel) -> Float[Array, " dof"]:
-        names = model.space.tangent_names
-        for name in self.states:
-            if name not in names:
-                raise ConfigError(f"states: {name!r} is not a state of the model; {did_you_mean(str(name), names)}")
-        return jnp.array([0.0 if name in self.states else 1.0 for name in names])
+        rows = state_rows("states", self.states, model.space)
+        return jnp.array([0.0 if i in rows else 1.0 for i in range(model.space.dof)])
 
     def __call__(
         self,

@@ -5,9 +5,8 @@ from __future__ import annotations
 import equinox as eqx
 from jaxtyping import Array, Float
 
-from .influence import huber_threshold, huber_weight
+from .influence import chosen_threshold, huber_weight
 from .reweighted import AbstractReweighted, Residuals, check_iterations
-from .robust import check_threshold
 
 
 class HuberReweighted(AbstractReweighted):
@@ -33,10 +32,9 @@ class HuberReweighted(AbstractReweighted):
     iterations: int = eqx.field(static=True, default=5)
 
     def __check_init__(self) -> None:
-        huber_threshold(self.contamination)
-        check_threshold(self.threshold)
+        chosen_threshold(self.contamination, self.threshold)
         check_iterations(self.iterations)
 
     def weigh(self, residuals: Residuals) -> tuple[Float[Array, " m"], Float[Array, " dof"]]:
-        threshold = huber_threshold(self.contamination) if self.threshold is None else self.threshold
+        threshold = chosen_threshold(self.contamination, self.threshold)
         return huber_weight(residuals.measured, threshold), huber_weight(residuals.moved, threshold)

@@ -47,6 +47,20 @@ def huber_threshold(contamination: float) -> float:
     return scipy.optimize.root_scalar(excess, bracket=(1e-9, 38.0), xtol=1e-15, rtol=1e-14).root
 
 
+def chosen_threshold(contamination: float, threshold: Any) -> Any:
+    """The threshold given, or the one that a share of outliers asks for.
+
+    Raises:
+        ConfigError: no such share, or a plain number that is not above 0.
+    """
+    asked = huber_threshold(contamination)
+    if threshold is None:
+        return asked
+    if isinstance(threshold, (int, float)) and not threshold > 0:
+        raise ConfigError(f"threshold: expected a number of sigmas above 0, got {threshold!r}")
+    return threshold
+
+
 def huber_fisher_information(threshold: float | Float[Array, ""]) -> Float[Array, ""]:
     """Fisher information of the least favourable density for a threshold: its mean `psi'` and its mean `psi^2`.
 

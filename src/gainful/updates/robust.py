@@ -17,7 +17,7 @@ from ..linalg.whitening import Whitening, check_whitening
 from ..models import AbstractModel
 from ..spaces import Euclidean
 from .base import AbstractUpdate, Likelihood, Update
-from .influence import huber_fisher_information, huber_threshold, huber_weight
+from .influence import chosen_threshold, huber_fisher_information, huber_weight
 
 FORMS = ("indicator", "expectation")
 
@@ -53,8 +53,7 @@ class MasreliezMartin(AbstractUpdate):
     joint: bool = eqx.field(static=True, default=False)
 
     def __check_init__(self) -> None:
-        huber_threshold(self.contamination)
-        check_threshold(self.threshold)
+        chosen_threshold(self.contamination, self.threshold)
         check_whitening(self.whitening)
         if self.covariance not in FORMS:
             raise ConfigError(
@@ -86,7 +85,7 @@ class MasreliezMartin(AbstractUpdate):
 
     def _influence(self, v: Float[Array, " m"], seen: Array) -> tuple[Float[Array, " m"], Float[Array, " m"]]:
         """`psi(v) / v` and `Psi` of each whitened component."""
-        threshold = huber_threshold(self.contamination) if self.threshold is None else self.threshold
+        threshold = chosen_threshold(self.contamination, self.threshold)
         if self.joint:
             if self.threshold is None:
                 share = math.erf(threshold / math.sqrt(2.0))
@@ -98,12 +97,6 @@ class MasreliezMartin(AbstractUpdate):
         if self.covariance == "indicator":
             return weight, jnp.where(weight < 1.0, 0.0, 1.0).astype(v.dtype)
         return weight, jnp.broadcast_to(huber_fisher_information(threshold), v.shape).astype(v.dtype)
-
-
-def check_threshold(threshold: object) -> None:
-    """Raise unless a threshold, where it is a plain number, is above 0."""
-    if isinstance(threshold, (int, float)) and not threshold > 0:
-        raise ConfigError(f"threshold: expected a number of sigmas above 0, got {threshold!r}")
 
 
 def _whitened(affine: Affine, prior: AbstractEstimate, whiten: Float[Array, "m m"]) -> Affine:

@@ -11,7 +11,7 @@ from ..chapter import Chapter
 from ..claims import Claim
 from ..figures import Chart, Figure, Panel, Table
 from ..outcome import Outcome
-from .comparing import lower
+from .comparing import WORDS, lower
 from .contenders import CORRENTROPY, NOMINAL, RA, STUDENT, TOLD, TOTAL, Belief, believing, contender
 from .figures import compared, curve
 from .measures import judged
@@ -57,7 +57,6 @@ def misjudging() -> dict[str, Any]:
 
 def tables(outcome: Outcome) -> list[Table]:
     """Errors over the share of gross errors, and over the variance believed."""
-    words = {"x": "states", "p": "parameters"}
     shares = [
         compared(
             outcome,
@@ -65,7 +64,7 @@ def tables(outcome: Outcome) -> list[Table]:
             list(expecting(SHARES[0])),
             [(f"{100 * share:g} %", swept(share), what) for share in SHARES],
         )
-        for what, word in words.items()
+        for what, word in WORDS.items()
     ]
     scales = [
         Table(
@@ -75,7 +74,7 @@ def tables(outcome: Outcome) -> list[Table]:
                 (name, *(outcome.mean(MISJUDGED, scaled(name, factor), what) for factor in SCALES)) for name in SCALED
             ),
         )
-        for what, word in words.items()
+        for what, word in WORDS.items()
     ]
     return [*shares, *scales]
 

@@ -16,6 +16,8 @@ from ...filters import extended_kalman_filter
 from ...filters.base import Info
 from ...models import AugmentedModel, augment
 from ...plants import hydraulic_servo_reduced
+from ...plants.hydraulic_servo_parameters import STEP
+from ...plants.hydraulic_servo_record import told_variances
 from ...plants.hydraulic_servo_reduced import MEASUREMENT_SIGMAS, PROCESS_SIGMAS
 from ...running import AbstractDisturbance, make_prior
 from ...updates import (
@@ -37,7 +39,6 @@ NOMINAL, TOTAL, TOLD = "EKF, R nominal", "EKF, R total", "EKF that knows the out
 RA, EXPECTATION, DETECTOR = "RA", "RA, expectation", "RA with detector"
 GATE, IRLS, STUDENT, CORRENTROPY, WOLF = "gate at 4 sigma", "IRLS", "Student-t", "correntropy", "WoLF"
 
-STEP = 1e-3  # s
 START = (0.0, 0.0, 0.0, 0.6, 1.4)
 START_VARIANCES = (0.01, 0.01, 0.1, 0.25, 0.25)
 TUNED = {
@@ -136,9 +137,7 @@ class ToldContender(eqx.Module):
     contender: Contender
 
     def __call__(self, record: Record) -> Info:
-        samples = record.samples
-        u = jnp.concatenate([samples.when.u, record.truth["variance"]], axis=1)
-        return self.contender(Record(eqx.tree_at(lambda each: each.when.u, samples, u), record.truth))
+        return self.contender(Record(told_variances(record.samples, record.truth["variance"]), record.truth))
 
 
 def contender(name: str, belief: Belief = Belief(), *, contamination: float = 0.1) -> Contender | ToldContender:

@@ -25,7 +25,7 @@ from .contenders import (
     believing,
     contender,
 )
-from .figures import compared, errors_over_time
+from .figures import PARAMETERS, compared, errors_over_time
 from .measures import judged
 from .records import NOISES, TRACKS, WALK, drive
 
@@ -63,29 +63,17 @@ def contenders(noise: str) -> dict[str, Any]:
 
 def tables(outcome: Outcome) -> list[Table]:
     """Jumps in both kinds of noise, the other faults, and alarms."""
-    dirty, clean = (named("abrupt", noise) for noise in LAWS)
-    jumps = compared(
-        outcome,
-        "Jumps, 10 % gross errors: log10 MSE, and the time until p1 is within 15 % and p2 within 10 % for 20 ms",
-        list(CHOSEN),
-        [
-            ("states", dirty, "x"),
-            ("parameters", dirty, "p"),
-            ("p1 [ms]", dirty, "settling_p1"),
-            ("p2 [ms]", dirty, "settling_p2"),
-        ],
-    )
-    quiet = compared(
-        outcome,
-        "Jumps, Gaussian noise: log10 MSE and times",
-        list(CHOSEN),
-        [
-            ("states", clean, "x"),
-            ("parameters", clean, "p"),
-            ("p1 [ms]", clean, "settling_p1"),
-            ("p2 [ms]", clean, "settling_p2"),
-        ],
-    )
+    quantities = {"states": "x", "parameters": "p", "p1 [ms]": "settling_p1", "p2 [ms]": "settling_p2"}
+    titles = {
+        "mixture": "Jumps, 10 % gross errors: log10 MSE, and the time until p1 is within 15 % and p2 within 10 % for 20 ms",
+        "gaussian": "Jumps, Gaussian noise: log10 MSE and times",
+    }
+    jumps = [
+        compared(
+            outcome, title, list(CHOSEN), [(head, named("abrupt", noise), what) for head, what in quantities.items()]
+        )
+        for noise, title in titles.items()
+    ]
     others = [
         compared(
             outcome,
@@ -114,7 +102,7 @@ def tables(outcome: Outcome) -> list[Table]:
         ("records", "alarms", "wrong", "mean score", "its variance", "p1 [ms]", "p2 [ms]"),
         rows,
     )
-    return [jumps, quiet, *others, alarms]
+    return [*jumps, *others, alarms]
 
 
 def figures(outcome: Outcome) -> list[Figure]:
@@ -123,7 +111,7 @@ def figures(outcome: Outcome) -> list[Figure]:
     record = outcome.record(experiment)
     t, truth = record.truth["t"], record.truth["parameters"]
     panels = []
-    for j, label in enumerate(("p1, viscous friction over nominal", "p2, bulk modulus over nominal")):
+    for j, label in enumerate(PARAMETERS):
         marks: list[Line | Band] = [
             Line(name, t, outcome.trace(experiment, name, "parameters").first[:, j])
             for name in (ALARMED, SLOW_RA, FAST_RA, FAIR)

@@ -13,6 +13,8 @@ from ..figures import Band, Figure, Line, Panel, Table
 from ..outcome import Outcome
 from ..statistics import Measured
 
+PARAMETERS = ("p1, viscous friction over nominal", "p2, bulk modulus over nominal")
+"""Labels of their panels."""
 OVER = 20
 """Samples over which curves of squared errors are averaged, that they can be told apart."""
 

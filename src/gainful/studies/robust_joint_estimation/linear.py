@@ -14,11 +14,12 @@ from ...linalg import congruence
 from ...models import AbstractModel, Instant, Sample, discrete_model, linear_model
 from ...models.base import block_diagonal
 from ...plants import ReducedHydraulicServo
+from ...plants.hydraulic_servo_parameters import STEP
 from ...plants.hydraulic_servo_reduced import MEASUREMENT_SIGMAS, PROCESS_SIGMAS, SENSORS
 from ...running import make_prior
 from ...running.run import scan
 from ..experiment import Record
-from .contenders import START, START_VARIANCES, STEP
+from .contenders import START, START_VARIANCES
 
 
 class _Next(eqx.Module):

@@ -26,7 +26,7 @@ from .contenders import (
     contender,
     update,
 )
-from .figures import compared, errors_over_time, outliers
+from .figures import PARAMETERS, compared, errors_over_time, outliers
 from .linear import frozen, regression
 from .measures import NAMES, judged
 from .records import NOISES, WALK, drive
@@ -122,7 +122,7 @@ def _parameters(outcome: Outcome) -> Figure:
     record = outcome.record("mixture")
     t, truth = record.truth["t"], record.truth["parameters"]
     panels = []
-    for j, label in enumerate(("p1, viscous friction over nominal", "p2, bulk modulus over nominal")):
+    for j, label in enumerate(PARAMETERS):
         marks: list[Line | Band] = []
         for name in (RA, TOTAL):
             mean, sigma = (outcome.trace("mixture", name, what).first[:, j] for what in ("parameters", "sigma"))

@@ -30,6 +30,7 @@ from ...filters import (
     unscented_kalman_filter,
 )
 from ...plants import RigidSpacecraft, Wheels, fly, spacecraft_model
+from ...plants.rigid_spacecraft import FILTER_STEP as STEP
 from ...plants.wheels import REGULAR_PYRAMID, wheel_names
 from ...running import Log, make_log, make_prior
 from ..chapter import Chapter
@@ -37,12 +38,11 @@ from ..claims import Check, Claim, above, below
 from ..figures import Chart, Figure, Line, Panel, Table
 from ..outcome import Outcome
 from ..statistics import Measured, exactly
-from .scenarios import DEGREE, GYRO, LOSS, OFFSET, OUTPUTS
+from .scenarios import DEGREE, GYRO, LOSS, OFFSET, OUTPUTS, quiet_craft
 
 LENGTH = 100.0  # s
 LATER = 40.0  # s
 AFTER = (1.0, 10.0, 100.0)  # s
-STEP = 0.05  # s
 STAR_BOUND = 1.0 * DEGREE  # rad
 BIASES = {
     "offset": (OFFSET.signals, OFFSET.bound, 1.0, "N m"),
@@ -57,7 +57,7 @@ ALL = tuple(BIASES)
 @functools.cache
 def manoeuvre() -> Log:
     """The manoeuvre without noise and faults, from the start to 140 s."""
-    craft = RigidSpacecraft(torque_density=0.0, gyro_sigma=0.0, star_tracker_sigma=0.0, disturbance=0.0)
+    craft = quiet_craft()
     flight = jax.jit(lambda key: fly(craft, key=key, duration=LATER + LENGTH))(jax.random.key(0))
     model = spacecraft_model(RigidSpacecraft())
     return make_log(model, np.asarray(flight.t), np.asarray(flight.y), np.asarray(flight.u))

@@ -11,6 +11,7 @@ import numpy as np
 from ...faults import Isolability, actuator_offset, explain, extend_prior, isolability, with_faults
 from ...faults.explanation import MARGIN
 from ...plants import RigidSpacecraft, fly, spacecraft_model
+from ...plants.rigid_spacecraft import FILTER_STEP as STEP
 from ...plants.wheels import wheel_names
 from ...running import make_log, make_prior
 from ..chapter import Chapter
@@ -18,8 +19,8 @@ from ..claims import Check, Claim, above, below, between
 from ..figures import Chart, Figure, Line, Panel, Table
 from ..outcome import Outcome
 from ..statistics import Measured, exactly, median_interval, share_interval
-from .scenarios import DEGREE, OFFSET, SCENARIOS
-from .signatures import ALARM, FOUND, PYRAMID, SIGNATURES, STEP, WAITS, WINDOW, bench, experiment, word
+from .scenarios import DEGREE, OFFSET, SCENARIOS, quiet_craft
+from .signatures import ALARM, FOUND, PYRAMID, SIGNATURES, WAITS, WINDOW, bench, experiment, word
 
 BRIEFLY = (0.0, 1.0, 2.0)  # s after the first alarm
 SHOWN = 40.0
@@ -38,7 +39,7 @@ def wheels_told_apart() -> Isolability:
     """What a flight without a fault could tell of constant offsets of the four wheels."""
     offsets = [actuator_offset(f"torque_{name}", sigma=OFFSET.bound) for name in wheel_names(4)]
     wheels = bench(PYRAMID).craft.wheels
-    craft = RigidSpacecraft(wheels=wheels, torque_density=0.0, gyro_sigma=0.0, star_tracker_sigma=0.0, disturbance=0.0)
+    craft = quiet_craft(wheels=wheels)
     model = with_faults(spacecraft_model(RigidSpacecraft(wheels=wheels)), offsets)
     flight = fly(craft, key=jax.random.key(0), duration=10.0)
     log = make_log(model, np.asarray(flight.t), np.asarray(flight.y), np.asarray(flight.u))

@@ -20,6 +20,7 @@ from ..experiment import Contender, Experiment, Quantity, Record
 from ..figures import Figure, Line, Panel, Table
 from ..outcome import Outcome
 from ..statistics import Measured, exactly
+from .measures import rms
 from .scenarios import DEGREE, END, GYRO, ONSET, STATES, StartsAtReading, flight_of, selected
 
 RUNGE_KUTTA, EULER, LINEARISED = "Runge-Kutta 4", "forward Euler", "linearised mean"
@@ -68,7 +69,7 @@ class Errors(eqx.Module):
         before, steady = selected(t, LONG, ONSET), selected(t, 0.5 * (ONSET + END), END)
         return {
             "before": jnp.max(jnp.where(before[:, None], jnp.abs(errors), 0.0)),
-            "steady": jnp.sqrt(jnp.sum(jnp.where(steady, errors[:, 0] ** 2, 0.0)) / jnp.sum(steady)),
+            "steady": rms(errors[:, 0], steady),
         }
 
 

@@ -73,10 +73,10 @@ class Measure(eqx.Module):
         faulty = (t >= ONSET) & (factor > 0)
         judged = t >= SETTLED
         return {
-            "rmse": _rms(off, t >= ONSET),
-            "steady": _rms(off, selected(t, 0.5 * (ONSET + END), END)),
-            "rate": _rms(states[:, 0], judged),
-            "angle": _rms(states[:, 3], judged),
+            "rmse": rms(off, t >= ONSET),
+            "steady": rms(off, selected(t, 0.5 * (ONSET + END), END)),
+            "rate": rms(states[:, 0], judged),
+            "angle": rms(states[:, 3], judged),
             "nis": _mean(info.nis, before),
             "factor": _largest(factor, judged),
             "restless": _mean(factor > 0, before),
@@ -113,7 +113,8 @@ def _mean(values: Array, rows: Bool[Array, " T"]) -> Array:
     return jnp.sum(jnp.where(rows, values, 0.0)) / jnp.sum(rows)
 
 
-def _rms(values: Array, rows: Bool[Array, " T"]) -> Array:
+def rms(values: Array, rows: Bool[Array, " T"]) -> Array:
+    """Root mean square over some rows."""
     return jnp.sqrt(_mean(values**2, rows))
 
 

@@ -9,7 +9,7 @@ from jaxtyping import Array, Bool, Float
 
 from ...control import EstimatedFaults
 from ...estimates import Gaussian
-from ...faults import Bias, FaultySignals, Loss, with_faults
+from ...faults import FaultySignals, with_faults
 from ...faults.modelling import FaultModel
 from ...filters import extended_kalman_filter
 from ...models.base import block_diagonal
@@ -20,7 +20,8 @@ from ..claims import Check, Claim, below
 from ..experiment import Experiment, Quantity
 from ..figures import Chart, Figure, Line, Panel, Table
 from ..outcome import Outcome
-from .scenarios import DEGREE, END, ONSET, OUTPUTS, SCENARIOS, TORQUES, Scenario, selected
+from .measures import rms
+from .scenarios import DEGREE, END, ONSET, OUTPUTS, SCENARIOS, TORQUES, Scenario, injection, selected
 
 RECONFIGURED = "reconfigured"
 RAW, FILTERED, COMPENSATED = "raw readings", "filter in the loop", "fault made up for"
@@ -56,8 +57,7 @@ class Loop(eqx.Module):
     def __call__(self, data: Array) -> Simulated:
         craft = RigidSpacecraft()
         injected = tuple(
-            (Loss if scenario.kind == "loss" else Bias)(signal, self.sizes[k], ONSET, END)
-            for k, (scenario, signal) in enumerate(SIZES)
+            injection(scenario.kind, signal, self.sizes[k], ONSET, END) for k, (scenario, signal) in enumerate(SIZES)
         )
         options = {"feedback": "estimate", "reconfigure": self.reconfigure} if self.estimated else {}
         return fly(
@@ -108,8 +108,7 @@ class Measure(eqx.Module):
 
     def __call__(self, data: Array, flown: Simulated) -> dict[str, Array]:
         error, t = pointing(flown), flown.t
-        rows = selected(t, SETTLED, END)
-        return {"pointing": jnp.sqrt(jnp.sum(jnp.where(rows, error**2, 0.0)) / jnp.sum(rows))}
+        return {"pointing": rms(error, selected(t, SETTLED, END))}
 
 
 class Traces(eqx.Module):

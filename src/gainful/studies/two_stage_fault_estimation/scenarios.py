@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -12,6 +13,7 @@ from jaxtyping import Array, Float
 
 from ...estimates import Gaussian
 from ...faults import (
+    AbstractInjection,
     Bias,
     Fault,
     FaultySignals,
@@ -27,6 +29,7 @@ from ...models.base import block_diagonal
 from ...plants import RigidSpacecraft, fly, spacecraft_model
 from ...plants.attitude_forms import AbstractAttitudeForm
 from ...plants.rigid_spacecraft import GYRO_SIGMA, STAR_TRACKER_SIGMA
+from ...running.loop import Simulated
 from ..experiment import Record
 
 DEGREE = math.pi / 180.0  # rad
@@ -146,6 +149,24 @@ GYRO = Scenario(
 SCENARIOS = (OFFSET, LOSS, GYRO)
 
 
+def quiet_craft(**options: Any) -> RigidSpacecraft:
+    """A spacecraft without noise and disturbance."""
+    return RigidSpacecraft(**options, torque_density=0.0, gyro_sigma=0.0, star_tracker_sigma=0.0, disturbance=0.0)
+
+
+def injection(kind: str, signal: str, size: Any, onset: float, end: float) -> AbstractInjection:
+    """A fault of a kind put into a flight."""
+    return (Loss if kind == "loss" else Bias)(signal, size, onset, end)
+
+
+def record_of(flight: Simulated, **truth: Array) -> Record:
+    """A flight as filters get it: they start at the first reading and are judged from the second on."""
+    t, y = flight.t, flight.y
+    when = Instant(t[1:], jnp.diff(t), flight.u[1:])
+    # A reading has six degrees of freedom however its attitude is written.
+    return Record(Sample(when, y[1:], jnp.ones((len(t) - 1, STATES), bool)), {"t": t[1:], "start": y[0]} | truth)
+
+
 class Flight(eqx.Module):
     """From a random key to the record of a flight with a fault; the same noise whatever the fault.
 
@@ -171,25 +192,17 @@ class Flight(eqx.Module):
             faults["actuator_fault"] = self.actuator
         if self.sensor is not None:
             faults["sensor_fault"] = self.sensor
-        craft = RigidSpacecraft(form=self.form)
-        if self.quiet:
-            craft = RigidSpacecraft(
-                form=self.form, torque_density=0.0, gyro_sigma=0.0, star_tracker_sigma=0.0, disturbance=0.0
-            )
+        craft = quiet_craft(form=self.form) if self.quiet else RigidSpacecraft(form=self.form)
         if self.other is not None:
             key = jax.random.fold_in(key, self.other)
         flight = fly(craft, key=key, duration=DURATION, **faults)
-        t, y = flight.t, flight.y
-        when = Instant(t[1:], jnp.diff(t), flight.u[1:])
-        present = jnp.where((t >= ONSET) & (t < END), self.size, 0.0)
-        truth = {"t": t[1:], "states": flight.truth[1:], "fault": present[1:], "start": y[0]}
-        return Record(Sample(when, y[1:], jnp.ones(y[1:].shape, bool)), truth)
+        present = jnp.where(selected(flight.t, ONSET, END), self.size, 0.0)
+        return record_of(flight, states=flight.truth[1:], fault=present[1:])
 
 
 def flight_of(scenario: Scenario, *, form: AbstractAttitudeForm | None = None, quiet: bool = False) -> Flight:
     """The flight of a scenario."""
-    make = Loss if scenario.kind == "loss" else Bias
-    injected = make(scenario.signals[0], scenario.size * scenario.scale, ONSET, END)
+    injected = injection(scenario.kind, scenario.signals[0], scenario.size * scenario.scale, ONSET, END)
     on_sensor = scenario.kind == "bias"
     fault = FaultySignals(OUTPUTS if on_sensor else TORQUES, (injected,))
     return Flight(None if on_sensor else fault, fault if on_sensor else None, scenario.size, quiet, form)

@@ -10,16 +10,16 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
-from ...faults import Bias, Fault, FaultySignals, Loss, with_faults
+from ...faults import Fault, FaultySignals, with_faults
 from ...faults.explanation import MARGIN
 from ...faults.modelling import FaultModel
 from ...filters import GeneralizedLikelihoodRatio, extended_kalman_filter
-from ...models import Instant, Sample
 from ...plants import RigidSpacecraft, Wheels, fly, pyramid_axes, spacecraft_model
+from ...plants.rigid_spacecraft import FILTER_STEP as STEP
 from ...plants.wheels import wheel_names
 from ...running.run import scan
 from ..experiment import Experiment, Quantity, Record
-from .scenarios import LOSS, OFFSET, OUTPUTS, SCENARIOS, StartsAtReading
+from .scenarios import LOSS, OFFSET, OUTPUTS, SCENARIOS, StartsAtReading, injection, record_of
 
 SIGNATURES, PYRAMID = "signatures", "pyramid"
 FOUND = 40.0  # s; onset, where the wheels' commands are far from zero
@@ -29,7 +29,6 @@ WINDOW = 100
 ALARM = 30.0
 WAITS = (0.0, 0.5, 1.0, 2.0)  # s after the first alarm
 RUNS = 10
-STEP = 0.05  # s
 
 
 def word(wait: float) -> str:
@@ -92,8 +91,7 @@ class Flights(eqx.Module):
     def _flight(self, key: Array, sizes: Array) -> Record:
         until = float("inf")
         injected = tuple(
-            Loss(signal, sizes[i], FOUND, until) if kind == "loss" else Bias(signal, sizes[i], FOUND, until)
-            for i, (kind, signal) in enumerate(self.faults)
+            injection(kind, signal, sizes[i], FOUND, until) for i, (kind, signal) in enumerate(self.faults)
         )
         torques = tuple(f"torque_{name}" for name in wheel_names(self.craft.wheels.count))
         flight = fly(
@@ -103,9 +101,7 @@ class Flights(eqx.Module):
             actuator_fault=FaultySignals(torques, injected),
             sensor_fault=FaultySignals(OUTPUTS, injected),
         )
-        t, y = flight.t, flight.y
-        when = Instant(t[1:], jnp.diff(t), flight.u[1:])
-        return Record(Sample(when, y[1:], jnp.ones(y[1:].shape, bool)), {"t": t[1:], "start": y[0]})
+        return record_of(flight)
 
 
 class Ranking(eqx.Module):

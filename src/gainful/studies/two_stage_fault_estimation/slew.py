@@ -12,7 +12,7 @@ from ...errors import Status
 from ...faults import Bias, FaultySignals, with_faults
 from ...faults.modelling import FaultModel
 from ...filters import KalmanFilter, two_stage_extended_kalman_filter
-from ...models import Instant, Sample
+from ...models import Sample
 from ...plants import (
     AbstractAttitudeForm,
     InertialQuaternion,
@@ -32,7 +32,7 @@ from ..experiment import Experiment, Quantity, Record
 from ..figures import Chart, Figure, Line, Panel, Table
 from ..outcome import Outcome
 from ..statistics import Measured, exactly
-from .scenarios import DEGREE, OFFSET, ONSET, STATES, TORQUES, StartsAtReading, selected
+from .scenarios import DEGREE, OFFSET, ONSET, TORQUES, StartsAtReading, record_of, selected
 
 SLEW = "slew"
 QUATERNION, ANGLES = "quaternion", "Euler angles"
@@ -61,15 +61,8 @@ class Slew(eqx.Module):
             duration=DURATION,
             actuator_fault=FaultySignals(TORQUES, (Bias(TORQUES[0], OFFSET.size, ONSET, END),)),
         )
-        t = flight.t
-        truth = {
-            "t": t[1:],
-            "fault": jnp.where(selected(t, ONSET, END), OFFSET.size, 0.0)[1:],
-            "attitude": flight.truth[1:, 3:],
-            "start": flight.y[0],
-        }
-        when = Instant(t[1:], jnp.diff(t), flight.u[1:])
-        return Record(Sample(when, flight.y[1:], jnp.ones((len(t) - 1, STATES), bool)), truth)
+        fault = jnp.where(selected(flight.t, ONSET, END), OFFSET.size, 0.0)
+        return record_of(flight, fault=fault[1:], attitude=flight.truth[1:, 3:])
 
 
 class Estimated(eqx.Module):
