@@ -27,6 +27,7 @@ from .filters import (
     unscented_kalman_filter,
     weighted_likelihood_kalman_filter,
 )
+from .identification import Recording, identify, parse_equation
 from .io import Column, LocalFrame, Source, read_log
 from .linearization import Cubature, GaussHermite, MarginalSigmaPoints, SigmaPoints, Taylor, Unscented
 from .live import OnlineFilter
@@ -85,6 +86,7 @@ __all__ = [
     "MaximumCorrentropy",
     "Nominal",
     "OnlineFilter",
+    "Recording",
     "RecursiveLeastSquares",
     "RecursiveTotalLeastSquares",
     "Result",
@@ -107,6 +109,7 @@ __all__ = [
     "draw_log",
     "extended_kalman_filter",
     "huber_kalman_filter",
+    "identify",
     "iterated_extended_kalman_filter",
     "kalman_filter",
     "linear_model",
@@ -115,6 +118,7 @@ __all__ = [
     "make_prior",
     "maximum_correntropy_kalman_filter",
     "observability",
+    "parse_equation",
     "read_log",
     "regression_model",
     "robust_extended_kalman_filter",

@@ -14,7 +14,14 @@ import pytest
 import yaml
 
 import gainful as gf
-from gainful.config import FILTERS, KINDS, parse_config
+from gainful.config import FILTERS, KINDS, parse_config, parse_identify_config
+from gainful.config.identify import (
+    CheckSection,
+    EquationSection,
+    IdentifyConfig,
+    IdentifyOptions,
+    RecordingSection,
+)
 from gainful.config.parts import ACRONYMS
 from gainful.config.schema import (
     AugmentSection,
@@ -36,6 +43,11 @@ BASE = {
     "data": {"outputs": {"measured_x": "x"}},
     "prior": {"mean": [0.0], "std": [1.0]},
 }
+IDENTIFY_BASE = {
+    "signals": {"r": "rad/s"},
+    "equation": {"of": "r", "terms": {"a": "lag(r)"}},
+    "data": {"signals": {"r": "r"}},
+}
 SECTIONS = {
     "Top level": EstimateConfig,
     "`[model]`": ModelSection,
@@ -47,6 +59,11 @@ SECTIONS = {
     "`[prior]`": PriorSection,
     "`[parameters.NAME]`": ParameterSection,
     "`[options]`": OptionsSection,
+    "Top level of an identification": IdentifyConfig,
+    "`[equation]`": EquationSection,
+    "`[data]` of an identification": RecordingSection,
+    "`[check]`": CheckSection,
+    "`[options]` of an identification": IdentifyOptions,
 }
 
 
@@ -59,7 +76,11 @@ def test_every_block_of_a_page_runs_and_prints_what_it_says(path: Path, session:
 def test_every_piece_of_configuration_has_known_keys(path: Path) -> None:
     for block in blocks(path):
         if block.language == "toml":
-            parse_config(merged(BASE, tomllib.loads(block.text)))
+            table = tomllib.loads(block.text)
+            if {"equation", "signals"} & set(table):
+                parse_identify_config(merged(IDENTIFY_BASE, table))
+            else:
+                parse_config(merged(BASE, table))
 
 
 @pytest.mark.parametrize("heading", SECTIONS)

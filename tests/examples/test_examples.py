@@ -14,7 +14,7 @@ from gainful.config import build_filter, build_model, build_prior, load_config, 
 from gainful.diagnostics import coverage, rmse
 from gainful.faults import Outliers, inject
 from gainful.io import read_log
-from gainful.jobs import estimate, state_rows
+from gainful.jobs import IdentifyJob, estimate, identify_log, state_rows
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 RECORDS = Path(__file__).parents[3] / "shared" / "data"
@@ -180,3 +180,65 @@ def test_a_fault_put_into_a_tumbling_cubesats_gyro_is_found_by_its_magnetometer(
     assert min(faults[f"offset_w{axis}"].sigma for axis in "xz") > 0.2 * degree
     assert "offset_wx and offset_wy cannot be told apart" in job.faults.isolability
     assert (np.sqrt(np.mean(job.result.residual**2, axis=0)) < 0.4).all()  # uT, of a field of 32 to 53
+
+
+def told(text: str) -> list[tuple[float, float]]:
+    """All `value ± interval` of a text, also those with a power of ten."""
+    found = re.findall(r"\(?(-?\d+\.?\d*) ± (\d+\.?\d*)\)?(?:e(-?\d+))?", text)
+    return [(float(a) * 10 ** int(e or 0), float(b) * 10 ** int(e or 0)) for a, b, e in found]
+
+
+def identified(folder: str, config: str, data: Path | None = None, tmp: Path | None = None) -> IdentifyJob:
+    """An example's identification, on its own record or on one elsewhere."""
+    path = EXAMPLES / folder / config
+    if data is not None:
+        assert tmp is not None
+        text = path.read_text(encoding="utf-8").replace('folder = "data"', f'folder = "{data}"')
+        path = tmp / config
+        path.write_text(text, encoding="utf-8")
+    return identify_log(path)
+
+
+def intervals(job: IdentifyJob) -> list[tuple[float, float]]:
+    low, high = job.found.interval
+    return list(zip(job.found.theta.tolist(), ((high - low) / 2).tolist(), strict=True))
+
+
+def test_the_underwater_vehicles_readme_says_what_is_found():
+    text = (EXAMPLES / "underwater_vehicle" / "README.md").read_text(encoding="utf-8")
+    good, plain = identified("underwater_vehicle", "yaw.toml"), identified("underwater_vehicle", "pointwise.toml")
+    both = [pair for two in zip(intervals(good), intervals(plain), strict=True) for pair in two]
+    # As the README rounds them: two digits of the interval.
+    for (value, reach), (found, half) in zip(told(text), both, strict=True):
+        assert value == pytest.approx(found, abs=0.06 * half)
+        assert reach == pytest.approx(half, rel=0.06)
+    truth = np.array([0.28, 0.07, 1.55])
+    assert (np.abs(good.found.theta - truth) < 4 * good.found.std).all()
+    assert abs(plain.found.theta[0] - truth[0]) > 8 * (plain.found.interval[1] - plain.found.theta)[0] * 0.95
+    assert any("pulls least squares: inertia" in each for each in plain.cautions)
+
+
+def test_the_robot_arms_readme_says_what_is_found(tmp_path):
+    job = identified("robot_arm", "arm.toml", recorded("flexible_structures"), tmp_path)
+    text = (EXAMPLES / "robot_arm" / "README.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| .* \| (\d+\.\d) % \| (\d+\.\d) % \|$", text, re.M)
+    for (ahead, alone), method in zip(rows, ("ls", "tls", "iv"), strict=True):
+        assert 100 * job.checks[method].explained_share == pytest.approx(float(ahead), abs=0.06)
+        assert 100 * job.checks[method].simulated_share == pytest.approx(float(alone), abs=0.06)
+    # The measure other toolboxes print: 99.7 % one row ahead, 78 % by itself for batch least squares.
+    fits = [1 - np.sqrt(1 - share) for share in (job.check.explained_share, job.check.simulated_share)]
+    assert fits == pytest.approx([0.997, 0.78], abs=0.01)
+
+
+def test_the_gliders_readme_says_what_is_found(tmp_path):
+    job = identified("glider", "glide.toml", recorded("auv_glider_sea035"), tmp_path)
+    assert job.again is not None
+    text = (EXAMPLES / "glider" / "README.md").read_text(encoding="utf-8")
+    low, high = job.again.interval
+    again = list(zip(job.again.theta.tolist(), ((high - low) / 2).tolist(), strict=True))
+    for (value, reach), (found, half) in zip(
+        told(text), [pair for two in zip(intervals(job), again, strict=True) for pair in two], strict=True
+    ):
+        assert value == pytest.approx(found, abs=0.06 * half)
+        assert reach == pytest.approx(half, rel=0.06)
+    assert job.check.explained_share == pytest.approx(0.852, abs=0.001)

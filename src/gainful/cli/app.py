@@ -14,10 +14,11 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.text import Text
 
 from ..errors import ConfigError, GainfulError
-from ..jobs import EstimateJob, StudyJob, estimate, run_study, write_starter
+from ..jobs import EstimateJob, StudyJob, estimate, identify_log, run_study, write_starter
 from ..studies import STUDIES, Study
 from ..version import __version__
 from .findings import print_findings, print_studies
+from .identification import print_identification
 from .summary import print_summary
 
 PROGRESS_ROWS = 50_000
@@ -86,6 +87,19 @@ def _with_progress(config: Path, out: Path) -> EstimateJob:
             bar.update(task, total=rows, visible=rows > PROGRESS_ROWS)
 
         return estimate(config, out, started=started, progress=lambda done: bar.update(task, completed=done))
+
+
+@app.command("identify")
+def identify_command(
+    config: Annotated[Path, typer.Argument(help="Configuration file (TOML): signals, an equation, a log.")],
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Folder for report.html, identification.json and rows.parquet.")
+    ] = None,
+) -> None:
+    """Find the parameters of an equation in a log: with intervals, methods side by side, and a check on rows kept back."""
+    with _messages():
+        job = identify_log(config, out or Path("out") / config.stem)
+    print_identification(job)
 
 
 @app.command("study")

@@ -10,6 +10,7 @@ from rich.text import Text
 
 from ..jobs import StudyJob
 from ..jobs.study import FILES
+from ..report import Table as ReportTable
 from ..report.study import LOOKS
 from ..studies import Entry, Measured, Outcome
 from ..studies import Table as StudyTable
@@ -40,7 +41,7 @@ def print_findings(job: StudyJob, console: Console | None = None) -> None:
     console.print(Text(outcome.study.title, style="bold"))
     console.print(Text(str(outcome.study.citations[0])))
     for table in job.tables:
-        console.print(_numbers(table))
+        console.print(numbers_table(table))
     console.print(_claims(outcome))
     for warning in outcome.warnings:
         console.print(Text(f"warning: {warning}", style="yellow"))
@@ -65,18 +66,21 @@ def _claims(outcome: Outcome) -> Table:
     return table
 
 
-def _numbers(given: StudyTable) -> Table:
+def numbers_table(given: StudyTable | ReportTable) -> Table:
+    """A table of a study or a report for the terminal."""
     table = Table(title=Text(given.title), title_justify="left", title_style="bold", header_style="bold")
     for k, head in enumerate(given.columns):
-        table.add_column(Text(head), justify="right" if k else "left")
+        table.add_column(Text(head), justify="right" if k else "left", overflow="fold")
     for row in given.rows:
-        table.add_row(*(Text(_cell(value)) for value in row))
+        table.add_row(*(Text(_cell(value, head)) for value, head in zip(row, given.columns, strict=True)))
     return table
 
 
-def _cell(value: object) -> str:
-    if value is None:
+def _cell(value: object, head: str) -> str:
+    if value is None or value != value:
         return "-"
     if isinstance(value, Measured):
         return value.number
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+    if isinstance(value, float):
+        return f"{100 * value:.1f} %" if head.endswith("%") else f"{value:.4g}"
+    return str(value)

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-import importlib.util
 import inspect
 import math
-import sys
 import types
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -35,8 +33,8 @@ from ..filters import AbstractEstimator
 from ..models import AbstractModel, augment, continuous_model, discrete_model, sensor
 from ..plants import CATALOGUE
 from ..running import Log, make_prior
-from ..running.checks import place_of
 from ..updates import AbstractUpdate, Gated
+from .files import load_python, own_failures
 from .parameters import bounds_of, extended_prior, watching, with_parameters
 from .parts import make_filter, make_part, single_filter
 from .schema import EstimateConfig, FaultSection, InjectSection, ModelSection, Signals
@@ -187,10 +185,10 @@ def _bare_model(section: ModelSection, base: Path) -> AbstractModel:
     elif section.kind:
         idle = {"substeps"} if section.kind == "discrete" else set()
         _only(section, {"file"} | _FUNCTIONS - idle, f'has no effect with kind = "{section.kind}"')
-        return _from_functions(section, _load(base / section.file))
+        return _from_functions(section, load_python(base / section.file, "model.file"))
     else:
         _only(section, {"file", "function"} | _CALLED, 'needs kind = "continuous" or "discrete"')
-        module, name = _load(base / section.file), section.function or "model"
+        module, name = load_python(base / section.file, "model.file"), section.function or "model"
         model = _call(_attribute(module, name, "model.function"), section.arguments, f"model.function {name!r}")
     if not isinstance(model, AbstractModel):
         raise ConfigError(f"model: expected the function to return a model, got {type(model).__name__}")
@@ -249,41 +247,6 @@ def _from_functions(section: ModelSection, module: types.ModuleType) -> Abstract
     )
 
 
-def _load(path: Path) -> types.ModuleType:
-    """The user's Python file, run as a module of its own."""
-    if path.suffix != ".py":
-        raise ConfigError(f"model.file: expected a Python file (.py), got {str(path)!r}")
-    if not path.is_file():
-        beside = [p.name for p in path.parent.glob("*.py")] if path.parent.is_dir() else []
-        hint = did_you_mean(path.name, beside) if path.parent.is_dir() else f"there is no folder {path.parent}"
-        raise ConfigError(f"model.file: {path} not found; {hint}")
-    spec = importlib.util.spec_from_file_location(f"_gainful_model_{path.stem}", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    folder = str(path.parent.resolve())
-    sys.path.insert(0, folder)
-    sys.modules[spec.name] = module  # dataclasses look their own module up
-    try:
-        with _own_failures(f"model.file: {path.name} failed"):
-            spec.loader.exec_module(module)
-    finally:
-        with contextlib.suppress(ValueError):
-            sys.path.remove(folder)
-    return module
-
-
-@contextlib.contextmanager
-def _own_failures(what: str) -> Iterator[None]:
-    """Whatever the user's code raises is the user's to read: with its place, but without our frames."""
-    try:
-        yield
-    except GainfulError:
-        raise
-    except (Exception, SystemExit) as problem:
-        raise ConfigError(f"{what}{place_of(problem)}: {type(problem).__name__}: {problem}") from problem
-
-
 def _attribute(module: types.ModuleType, name: str, key: str) -> Any:
     functions = [n for n, value in vars(module).items() if callable(value) and not n.startswith("_")]
     if not callable(getattr(module, name, None)):
@@ -299,5 +262,5 @@ def _call(make: Any, arguments: dict[str, Any], role: str) -> Any:
         for key in arguments:
             if key not in known:
                 raise ConfigError(f"model.arguments.{key}: {role} has no such argument; {did_you_mean(key, known)}")
-    with _own_failures(f"{role} failed"):
+    with own_failures(f"{role} failed"):
         return make(**arguments)

@@ -4,23 +4,39 @@ from __future__ import annotations
 
 import copy
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import pydantic
 
 from ..errors import ConfigError, did_you_mean
+from .identify import IdentifyConfig
 from .schema import EstimateConfig
 from .wording import misplaced_booleans, sentences
 
+T = TypeVar("T")
+
 
 def load_config(path: Path | str) -> EstimateConfig:
-    """The configuration in a TOML file.
+    """The configuration of `gainful estimate` in a TOML file.
 
     Raises:
         ConfigError: no such file, not TOML, an unknown key (with the nearest known one) or a value of the wrong kind.
     """
-    path = Path(path)
+    return _loaded(Path(path), parse_config)
+
+
+def load_identify_config(path: Path | str) -> IdentifyConfig:
+    """The configuration of `gainful identify` in a TOML file.
+
+    Raises:
+        ConfigError: no such file, not TOML, an unknown key (with the nearest known one) or a value of the wrong kind.
+    """
+    return _loaded(Path(path), parse_identify_config)
+
+
+def _loaded(path: Path, parse: Callable[[dict[str, Any]], T]) -> T:
     try:
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError as problem:
@@ -40,7 +56,7 @@ def load_config(path: Path | str) -> EstimateConfig:
     except tomllib.TOMLDecodeError as problem:
         raise ConfigError(f"configuration {path}: not valid TOML: {problem}") from problem
     try:
-        return parse_config(table)
+        return parse(table)
     except ConfigError as problem:
         raise ConfigError(f"configuration {path.name}: {problem}") from problem
 
@@ -52,11 +68,20 @@ def parse_config(table: dict[str, Any]) -> EstimateConfig:
         signals = table.get("data", {}).get(role, {}) if isinstance(table.get("data"), dict) else {}
         for name, given in signals.items() if isinstance(signals, dict) else ():
             signals[name] = {"column": given} if isinstance(given, str) else given
+    return _validated(table, EstimateConfig)
+
+
+def parse_identify_config(table: dict[str, Any]) -> IdentifyConfig:
+    """The configuration of `gainful identify` in a table as `tomllib` gives it."""
+    return _validated(table, IdentifyConfig)
+
+
+def _validated(table: dict[str, Any], root: type[T]) -> T:
     try:
-        config = pydantic.TypeAdapter(EstimateConfig).validate_python(table)
+        config = pydantic.TypeAdapter(root).validate_python(table)
     except pydantic.ValidationError as problem:
-        raise ConfigError("; ".join(sentences(problem.errors(), table, EstimateConfig))) from problem
-    wrong = misplaced_booleans(table, EstimateConfig)
+        raise ConfigError("; ".join(sentences(problem.errors(), table, root))) from problem
+    wrong = misplaced_booleans(table, root)
     if wrong:
         raise ConfigError("; ".join(wrong))
     return config

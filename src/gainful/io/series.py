@@ -29,10 +29,17 @@ class Series:
 
 
 class Reader:
-    """Reads each file once and finds signals in it."""
+    """Reads each file once and finds signals in it.
 
-    def __init__(self, source: Source, base: Path) -> None:
+    Args:
+        source: of the record.
+        base: folder that its folder is relative to.
+        row_step: time between rows of files that have no time column [s].
+    """
+
+    def __init__(self, source: Source, base: Path, row_step: float | None = None) -> None:
         self._source = source
+        self._row_step = row_step
         self._folder = (base / source.folder).resolve() if source.folder else base
         self._tables: dict[str, Table] = {}
 
@@ -65,7 +72,11 @@ class Reader:
             whole, table = table, table.where(where.where)
             if not len(table.frame):
                 raise DataError(f"signal {name!r}: no row of {table.path.name} has {_listed(where.where, whole)}")
-        t = table.times(where.time or self._source.time, self._source.time_unit)
+        time = where.time or self._source.time
+        if time or self._row_step is None:
+            t = table.times(time, self._source.time_unit)
+        else:
+            t = self._row_step * table.frame.index.to_numpy(float)
         self._check_times(t, table, name)
         values = np.stack([table.numbers(column) for column in columns], axis=1)
         for marker in where.missing:

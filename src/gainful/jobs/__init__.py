@@ -2,6 +2,7 @@
 
 from .estimate import EstimateJob, estimate, state_rows
 from .faults import FaultFindings, fault_rows_of
+from .identify import IdentifyJob, identify_log
 from .parameters import parameter_rows
 from .starter import write_starter
 from .study import StudyJob, run_study
@@ -9,9 +10,11 @@ from .study import StudyJob, run_study
 __all__ = [
     "EstimateJob",
     "FaultFindings",
+    "IdentifyJob",
     "StudyJob",
     "estimate",
     "fault_rows_of",
+    "identify_log",
     "parameter_rows",
     "run_study",
     "state_rows",

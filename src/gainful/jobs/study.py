@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
-import math
 import sys
 import time
 from collections.abc import Callable
@@ -16,8 +14,9 @@ import pandas as pd
 
 from ..io import check_folder, whole_folder
 from ..report import write_study_report
-from ..studies import Band, Chart, Figure, Line, Measured, Outcome, Study, Table, find_study
+from ..studies import Band, Chart, Figure, Line, Outcome, Study, Table, find_study
 from ..version import __version__
+from .json_text import json_text
 
 FILES = ("report.html", "results.json", "results.parquet", "figures.parquet")
 """What a study leaves in its folder."""
@@ -89,8 +88,7 @@ def _write(job: StudyJob, folder: Path) -> None:
         ("Made with", f"gainful {__version__}, JAX {jax.__version__}, Python {sys.version.split()[0]}"),
     ]
     with whole_folder(folder) as scratch:
-        text = json.dumps(_plain(_summary(job)), indent=1, ensure_ascii=False, allow_nan=False)
-        (scratch / "results.json").write_text(text + "\n", encoding="utf-8")
+        (scratch / "results.json").write_text(json_text(_summary(job)), encoding="utf-8")
         _runs_table(outcome).to_parquet(scratch / "results.parquet")
         _figures_table(figures).to_parquet(scratch / "figures.parquet")
         write_study_report(outcome, scratch / "report.html", tables=job.tables, figures=figures, facts=facts)
@@ -142,23 +140,6 @@ def _summary(job: StudyJob) -> dict[str, Any]:
         "warnings": outcome.warnings,
         "notes": study.notes,
     }
-
-
-def _plain(tree: Any) -> Any:
-    """The same in what JSON has: NaN becomes null, infinities become words."""
-    if isinstance(tree, Measured):
-        interval = {"value": tree.value, "low": tree.low, "high": tree.high}
-        return _plain(interval | {"unit": tree.unit, "runs": tree.runs} | ({"note": tree.note} if tree.note else {}))
-    if isinstance(tree, dict):
-        return {key: _plain(value) for key, value in tree.items()}
-    if isinstance(tree, (list, tuple)):
-        return [_plain(value) for value in tree]
-    if tree is None or isinstance(tree, (str, bool, int)):
-        return tree
-    number = float(tree)
-    if math.isnan(number):
-        return None
-    return number if math.isfinite(number) else "infinity" if number > 0 else "-infinity"
 
 
 def _runs_table(outcome: Outcome) -> pd.DataFrame:

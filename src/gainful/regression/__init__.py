@@ -8,7 +8,7 @@ from .batch import (
     total_least_squares,
 )
 from .identifiability import Identifiability, identifiability
-from .instruments import instrumental_variables
+from .instruments import instrumental_variables, instrumented
 from .model import RegressionModel, readings, regression_model
 from .pencil import Separation
 from .rates import (
@@ -31,7 +31,7 @@ from .uncertainty import (
     sandwich_covariance,
     total_least_squares_covariance,
 )
-from .weak_form import weak_form, weak_rows, weak_taps
+from .weak_form import weak_curvature_taps, weak_form, weak_rows, weak_taps
 
 __all__ = [
     "AbstractRowNoise",
@@ -56,6 +56,7 @@ __all__ = [
     "identifiability",
     "information",
     "instrumental_variables",
+    "instrumented",
     "least_squares",
     "least_squares_bias",
     "noise_from_differences",
@@ -69,6 +70,7 @@ __all__ = [
     "sensor_lag",
     "total_least_squares",
     "total_least_squares_covariance",
+    "weak_curvature_taps",
     "weak_form",
     "weak_rows",
     "weak_taps",

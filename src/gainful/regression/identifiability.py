@@ -26,10 +26,11 @@ class Identifiability:
         columns: names of the regressors.
         rows: that are whole.
         condition: of the regressors scaled to columns of equal size; 1 is best.
-        gap: ratio of the two smallest eigenvalues of information against noise.
+        gap: ratio of the two smallest eigenvalues of information against noise; NaN where the noise is not known.
         noise_gap: largest ratio noise alone would show.
         correlations: cosines between columns of regressors (n, n).
-        noise_ratio: of the noisiest column's standard deviation to that of the quietest; infinite if one is free of noise.
+        noise_ratio: of the noisiest column's standard deviation to that of the quietest; infinite if one is free of noise,
+            NaN where that is not known.
     """
 
     columns: tuple[str, ...]
@@ -56,7 +57,7 @@ class Identifiability:
     def cautions(self) -> tuple[str, ...]:
         """What a reader of estimates from this record should know."""
         found = []
-        if not self.gap > self.noise_gap:
+        if self.gap <= self.noise_gap:
             found.append(
                 f"the parameters are not told from noise: eigenvalue gap {self.gap:.3g}, "
                 f"and {self.rows} rows of noise alone would show up to {self.noise_gap:.3g}"
@@ -77,12 +78,12 @@ class Identifiability:
         return tuple(found)
 
 
-def identifiability(rows: Any, noise: Any, *, columns: Sequence[str] | None = None) -> Identifiability:
+def identifiability(rows: Any, noise: Any = None, *, columns: Sequence[str] | None = None) -> Identifiability:
     """What a record can tell about the parameters.
 
     Args:
         rows: `[h, z]` of every sensor (T, s, p); rows with a NaN count for nothing.
-        noise: covariance of the noise of a row (p, p), or one variance for all columns.
+        noise: covariance of the noise of a row (p, p), or one variance for all columns; None where it is not known.
         columns: names of the regressors.
 
     Raises:
@@ -97,7 +98,7 @@ def identifiability(rows: Any, noise: Any, *, columns: Sequence[str] | None = No
     S, count = np.asarray(information(table)), float(count_rows(table))
     p = len(S)
     names = tuple(f"h{j}" for j in range(p - 1)) if columns is None else tuple(columns)
-    N = np.asarray(noise, dtype=float)
+    N = np.asarray(np.nan if noise is None else noise, dtype=float)
     N = N * np.eye(p) if N.ndim == 0 else N
     if N.shape != (p, p):
         raise ShapeError(f"noise: expected shape ({p}, {p}), got {N.shape}")
@@ -109,6 +110,6 @@ def identifiability(rows: Any, noise: Any, *, columns: Sequence[str] | None = No
     condition = float(np.sqrt(values[-1] / values[0])) if values[0] > 0 else float("inf")
     gap = float(generalized_total_least_squares(jnp.asarray(S), jnp.asarray(count * N), count).gap)
     spread = np.sqrt(np.diagonal(N))
-    ratio = float(spread.max() / spread.min()) if spread.min() > 0 else float("inf")
+    ratio = float("inf") if spread.min() == 0 else float(spread.max() / spread.min())
     limit = float(largest_noise_gap(jnp.asarray(count), p))
     return Identifiability(names, int(count), condition, gap, limit, unit, ratio)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -127,10 +129,15 @@ def sandwich_covariance(scores: Float[Array, "T n"], excess: Float[Array, "n n"]
     """
     if not isinstance(lag, int) or lag < 0:
         raise ConfigError(f"lag: expected a whole number of rows of at least 0, got {lag!r}")
-    psi = jnp.asarray(scores)
-    total = psi.T @ psi
-    for k in range(1, min(lag, len(psi) - 1) + 1):
-        cross = psi[:-k].T @ psi[k:]
-        total = total + (1.0 - k / (lag + 1.0)) * (cross + cross.T)
-    bread = jnp.linalg.inv(jnp.asarray(excess))
+    return _sandwich(jnp.asarray(scores), jnp.asarray(excess), lag)
+
+
+@functools.partial(jax.jit, static_argnums=2)
+def _sandwich(psi: Float[Array, "T n"], excess: Float[Array, "n n"], lag: int) -> Float[Array, "n n"]:
+    reach = min(lag, len(psi) - 1)
+    # Bartlett's weights: the sum over lags is one product with the scores smoothed by them.
+    taps = 1.0 - jnp.abs(jnp.arange(-reach, reach + 1)) / (lag + 1.0)
+    smoothed = jax.vmap(lambda column: jnp.convolve(column, taps)[reach : reach + len(psi)], 1, 1)(psi)
+    total = psi.T @ smoothed
+    bread = jnp.linalg.inv(excess)
     return bread @ total @ bread.T

@@ -42,6 +42,34 @@ def weak_taps(window: int, dt: float) -> tuple[np.ndarray, np.ndarray]:
     return phi / phi.sum(), g / (g @ j * dt)
 
 
+def weak_curvature_taps(window: int, dt: float) -> np.ndarray:
+    """Weights of the second derivative that a test function takes over: exact for parabolas, 0 for ramps.
+
+    ```
+    h_j ~ phi''_j - phi_j sum phi'' / sum phi,   sum h_j (j dt)^2 = 2
+    ```
+
+    Args:
+        window: samples, odd.
+        dt: time between samples [s].
+
+    Raises:
+        ConfigError: a window that is even or shorter than 3, or a step that is not above 0.
+
+    Example:
+        >>> h = weak_curvature_taps(7, 0.1)
+        >>> t = np.arange(-3, 4) * 0.1
+        >>> abs(round(float(h @ (1.0 + t)), 9)), round(float(h @ t**2), 9)
+        (0.0, 2.0)
+    """
+    phi, _ = weak_taps(window, dt)
+    j = np.arange(window) - window // 2
+    x = j / ((window + 1) / 2)
+    bend = 24.0 * x**2 * (1 - x**2) - 6.0 * (1 - x**2) ** 2
+    bend = bend - phi * bend.sum()
+    return 2.0 * bend / (bend @ (j * dt) ** 2)
+
+
 def weak_form(
     signals: Float[Array, "*batch T"], dt: float, window: int = WINDOW
 ) -> tuple[Float[Array, "*batch T_inner"], Float[Array, "*batch T_inner"]]:

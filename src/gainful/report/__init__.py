@@ -10,7 +10,16 @@ except ImportError as problem:
 
 from .figures import figures_of
 from .html import Judgement, Table, write_report
+from .identification import write_identification_report
 from .panels import Section
 from .study import write_study_report
 
-__all__ = ["Judgement", "Section", "Table", "figures_of", "write_report", "write_study_report"]
+__all__ = [
+    "Judgement",
+    "Section",
+    "Table",
+    "figures_of",
+    "write_identification_report",
+    "write_report",
+    "write_study_report",
+]

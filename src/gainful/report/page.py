@@ -35,7 +35,11 @@ def page_text(template: str, sections: Sequence[Section], **given: Any) -> str:
         lstrip_blocks=True,
         loader=jinja2.FunctionLoader(_part),
     )
-    environment.filters |= {"cell": cell, "unbroken": lambda text: text.replace(" %", "\N{NO-BREAK SPACE}%")}
+    environment.filters |= {
+        "cell": cell,
+        "heading": heading,
+        "unbroken": lambda text: text.replace(" %", "\N{NO-BREAK SPACE}%"),
+    }
     groups = [(head, list(group)) for head, group in itertools.groupby(sections, lambda section: section.title)]
     return environment.get_template(f"{template}.html.jinja").render(
         groups=groups,
@@ -77,6 +81,17 @@ def cell(value: Any, column: str = "") -> str:
     if "%" in column:
         return f"{100 * number:.1f}\N{NO-BREAK SPACE}%"
     return f"{number:,.0f}" if 1e4 <= abs(number) < 1e7 else f"{number:.4g}"
+
+
+def heading(column: str) -> str:
+    """A column's heading as a sentence begins, unless it begins with a name that is a user's own.
+
+    Example:
+        >>> heading("last sigma"), heading("r run by itself"), heading("linear_drag")
+        ('Last sigma', 'r run by itself', 'linear_drag')
+    """
+    first = column.partition(" ")[0].rstrip(",")
+    return column[:1].upper() + column[1:] if len(first) > 1 and first.isalpha() else column
 
 
 def write_page(path: Path, text: str) -> None:

@@ -1,0 +1,34 @@
+"""Identification: equations written as text, their parameters from recorded signals, and whether to believe them."""
+
+from .assessment import Assessment, assess
+from .equations import Equation, parse_equation
+from .free_run import FreeRun, free_run_of
+from .identify import Identification, identify
+from .methods import BASES, METHODS, RECURSIVE
+from .recordings import Recording
+from .recursion import Track
+from .terms import FUNCTIONS, Reference, Term, parse_term
+from .windows import Window, against_test_function, pointwise
+
+__all__ = [
+    "BASES",
+    "FUNCTIONS",
+    "METHODS",
+    "RECURSIVE",
+    "Assessment",
+    "Equation",
+    "FreeRun",
+    "Identification",
+    "Recording",
+    "Reference",
+    "Term",
+    "Track",
+    "Window",
+    "against_test_function",
+    "assess",
+    "free_run_of",
+    "identify",
+    "parse_equation",
+    "parse_term",
+    "pointwise",
+]
