@@ -1,4 +1,4 @@
-"""Means, medians, proportions and ratios over Monte Carlo runs, with their intervals."""
+"""Means, medians, root mean squares, proportions and ratios over Monte Carlo runs, with their intervals."""
 
 from __future__ import annotations
 
@@ -87,6 +87,29 @@ def mean_interval(values: Any, *, unit: str = "1", level: float = LEVEL) -> Meas
         return Measured(math.nan, *_NOTHING, n, unit, note)
     mean, reach = float(np.mean(x)), _reach(x, level)
     return Measured(mean, mean - reach, mean + reach, n, unit)
+
+
+def rms_interval(values: Any, *, unit: str = "1", level: float = LEVEL) -> Measured:
+    """The root mean square of independent runs: the root of the mean of the squares, and of its interval's ends.
+
+    Where that interval reaches below zero the lower end is zero.
+
+    Args:
+        values: one number per run (n,), such as an error with its sign.
+        unit: of the numbers.
+        level: probability that the interval covers the root mean square.
+
+    Raises:
+        ConfigError: no values, or a level outside (0, 1).
+
+    Example:
+        >>> print(rms_interval([3.0, -3.0, 3.0], unit="m"))
+        3 m
+    """
+    found = mean_interval(_runs(values, level) ** 2, level=level)
+    low = found.low if math.isinf(found.low) else math.sqrt(max(found.low, 0.0))
+    value, high = (math.sqrt(each) if each >= 0 else each for each in (found.value, found.high))
+    return Measured(value, low, high, found.runs, unit, found.note)
 
 
 def median_interval(values: Any, *, unit: str = "1", level: float = LEVEL) -> Measured:
