@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -128,9 +129,11 @@ def sandwich_covariance(scores: Float[Array, "T n"], excess: Float[Array, "n n"]
     if not isinstance(lag, int) or lag < 0:
         raise ConfigError(f"lag: expected a whole number of rows of at least 0, got {lag!r}")
     psi = jnp.asarray(scores)
-    total = psi.T @ psi
-    for k in range(1, min(lag, len(psi) - 1) + 1):
-        cross = psi[:-k].T @ psi[k:]
-        total = total + (1.0 - k / (lag + 1.0)) * (cross + cross.T)
+    reach = max(min(lag, len(psi) - 1), 0)
+    weights = 1.0 - jnp.abs(jnp.arange(-reach, reach + 1)) / (lag + 1.0)
+    # A product with the scores summed over neighbours: one convolution in place of as many products as there are lags.
+    near = jax.vmap(lambda column: jnp.convolve(jnp.pad(column, reach), weights, "valid"), 1, 1)(psi)
+    total = psi.T @ near
+    total = 0.5 * (total + total.T)
     bread = jnp.linalg.inv(jnp.asarray(excess))
     return bread @ total @ bread.T
