@@ -85,7 +85,7 @@ def _from_record(name: str) -> Check:
                 float(theory(name)[PARAMETERS.index(each)]),
             )
         ),
-        between(-1.5, 1.5),
+        between(-3.0, 3.0),
     )
 
 

@@ -34,14 +34,22 @@ def rms_ratio(outcome: Outcome, experiment: str, quantity: str, contender: str, 
     """The root mean square of one contender's errors over that of another's, on the same records."""
     squares = (outcome.values(experiment, name, quantity) ** 2 for name in (contender, over))
     found = ratio_interval(*squares)
-    ends = (math.sqrt(each) if each >= 0 else each for each in (found.value, found.low, found.high))
-    return Measured(*ends, found.runs, found.unit, found.note)
+    value, low, high = (math.sqrt(each) if each >= 0 else each for each in (found.value, found.low, found.high))
+    return Measured(value, low, high, found.runs, found.unit, found.note)
 
 
-def better_than(outcome: Outcome, experiment: str, contender: str, others: tuple[str, ...]) -> Measured:
+def nearer(
+    experiment: str, contender: str, others: tuple[str, ...], expected: Tolerance, *, quantity: str = "error"
+) -> Check:
     """The share of runs in which a contender's error is smaller than those of all others."""
-    errors = [outcome.values(experiment, name, "error") for name in (contender, *others)]
-    return share_interval(errors[0] < np.min(errors[1:], axis=0))
+
+    def share(outcome: Outcome) -> Measured:
+        errors = [outcome.values(experiment, name, quantity) for name in (contender, *others)]
+        return share_interval(errors[0] < np.min(errors[1:], axis=0))
+
+    when = quantity.replace("error_", " after ") + " samples" if quantity != "error" else ""
+    than = " and ".join(others)
+    return Check(f"share of runs in which {contender} is nearer than {than}{when}, {experiment}", share, expected)
 
 
 def closest(outcome: Outcome, experiment: str, parameter: str, names: tuple[str, ...]) -> dict[str, Measured]:

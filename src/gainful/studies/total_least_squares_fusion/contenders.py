@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import functools
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Bool, Float
 
 from ...estimates import Gaussian
 from ...filters import AbstractEstimator, Info
@@ -146,5 +147,5 @@ def everybody() -> dict[str, Sensors | AcrossSensors]:
     }
 
 
-def _arrays(numbers: tuple[float, ...]) -> tuple[Array, ...]:
+def _arrays(numbers: tuple[float, ...]) -> tuple[Any, ...]:
     return tuple(jnp.asarray(each) for each in numbers)

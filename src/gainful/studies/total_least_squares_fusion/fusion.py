@@ -9,7 +9,7 @@ from ..claims import Check, Claim, above, below, between
 from ..figures import Figure, Panel, Table
 from ..outcome import Outcome
 from ..statistics import Measured, ratio_interval
-from .comparing import better_than, ratio
+from .comparing import nearer, ratio
 from .contenders import (
     COLD,
     CROSS,
@@ -30,7 +30,7 @@ from .measures import AFTER, judged
 from .records import SURGE, YAW, Axis, noisy_rows
 
 VARIANCES = (0.1, 0.2)
-EARLIEST = 20
+EARLIEST = 25
 """Samples from which figures begin; before, estimates are all over the place."""
 LATE = 1000
 """Samples from which the inset begins."""
@@ -96,36 +96,17 @@ def _errors(outcome: Outcome, name: str, number: int) -> list[Figure]:
     ]
 
 
-def _to_singles(outcome: Outcome, experiment: str) -> Measured:
+def to_singles(outcome: Outcome, experiment: str, quantity: str = "error") -> Measured:
     """The mean error of the fusion over that of the two sensors alone."""
-    fused, one, two = (outcome.values(experiment, name, "error") for name in (RTLS_F, RTLS1, RTLS2))
+    fused, one, two = (outcome.values(experiment, name, quantity) for name in (RTLS_F, RTLS1, RTLS2))
     return ratio_interval(fused, 0.5 * (one + two))
-
-
-def _at(name: str, samples: int) -> Check:
-    return ratio(
-        name,
-        RTLS1,
-        FRTLS,
-        below(0.98),
-        quantity=f"error_{samples}",
-        what=f"mean relative error after {samples} samples",
-    )
 
 
 def _singles(name: str) -> Check:
     return Check(
         f"mean relative error, RTLS_F over RTLS1 and RTLS2, {name}",
-        lambda outcome: _to_singles(outcome, name),
+        lambda outcome: to_singles(outcome, name),
         below(0.85),
-    )
-
-
-def _both(name: str) -> Check:
-    return Check(
-        f"share of runs in which RTLS_F is nearer than both, {name}",
-        lambda outcome: better_than(outcome, name, RTLS_F, (RTLS1, RTLS2)),
-        above(0.5),
     )
 
 
@@ -162,8 +143,15 @@ CLAIMS = (
         "line searches (4)",
         "RTLS of one sensor is slightly better than FRTLS.",
         "figures 1 to 4, no numbers",
-        tuple(_at(name, 500) for name in CASES) + tuple(ratio(name, RTLS1, FRTLS, below(0.98)) for name in CASES),
-        {"partly": "It is ahead while both converge; in the end they are the same."},
+        (
+            *(nearer(name, RTLS1, (COLD,), above(0.5), quantity="error_200") for name in CASES),
+            *(nearer(name, RTLS1, (FRTLS,), above(0.5), quantity="error_200") for name in CASES),
+            *(ratio(name, RTLS1, FRTLS, below(0.95)) for name in CASES),
+        ),
+        {
+            "partly": "It is ahead, at first, of line searches that start from nothing. Those that start from least squares "
+            "are ahead of it as long as the bias is small beside the scatter; in the end all are the same."
+        },
     ),
     Claim(
         "line searches from nothing",
@@ -186,7 +174,7 @@ CLAIMS = (
         "fusion in every record",
         "It is so in any one record, such as the paper shows.",
         "not in the paper",
-        tuple(_both(name) for name in CASES),
+        tuple(nearer(name, RTLS_F, (RTLS1, RTLS2), above(0.5)) for name in CASES),
         {
             "not reproduced": "The fused estimate lies between those of the sensors, one of which is nearer by luck in most "
             "records."
@@ -201,10 +189,10 @@ CLAIMS = (
     ),
     Claim(
         "without knowing the noise",
-        "As accurate as the fusion, knowing nothing of the noise but that the sensors' is independent, is one sensor as the "
-        "instrument of the other.",
+        "One sensor as the instrument of the other is about as accurate as the fusion, and knows nothing of the noise but that "
+        "the sensors' is independent.",
         "not in the paper",
-        tuple(ratio(name, CROSS, RTLS_F, below(1.1)) for name in CASES),
+        tuple(ratio(name, CROSS, RTLS_F, below(1.2)) for name in CASES),
     ),
 )
 

@@ -135,7 +135,7 @@ CLAIMS = (
         "It costs nothing while nothing changes.",
         "not in the paper",
         tuple(_over(1999, factor, 1.0) for factor in FORGETTING[1:]),
-        {"not reproduced": "A shorter memory holds fewer rows: the error before the jump rises by up to three times."},
+        {"not reproduced": "A shorter memory holds fewer rows: the error before the jump rises up to fourfold."},
     ),
     Claim(
         "forgetting does not cure bias",

@@ -15,7 +15,7 @@ from ...regression import Fit
 from ..experiment import Experiment, Quantity, Record
 from .records import PARAMETERS, Axis, NoisyRows
 
-EARLY = (50, 500, 1000)
+EARLY = (50, 200, 500)
 """Samples after which errors are told besides those at the end."""
 LOST = 1.0
 """Relative error from which an estimate is called lost."""

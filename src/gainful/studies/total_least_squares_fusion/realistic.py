@@ -189,7 +189,7 @@ CLAIMS = (
         tuple(_over(setting, ISOTROPIC, PLAIN, each, below(1.0)) for setting in RATES_MATTER for each in ("d", "d2")),
         {
             "not reproduced": "It must never be the default: the noise of the columns differs by orders of magnitude, and it "
-            "puts the blame on the quiet ones. The drag it finds is wrong tenfold to a hundredfold."
+            "puts the blame on the quiet ones. The drag it finds is wrong by five to two hundred times its size."
         },
     ),
     Claim(

@@ -56,8 +56,8 @@ def motion(samples: int, period: float = PERIOD, amplitude: float = 1.0) -> Floa
         period: of the excitation [s].
         amplitude: over that of the paper-like experiments.
     """
-    amplitudes = [amplitude * jnp.asarray(each) for each in (COSINES, SINES)]
-    _, rate, acceleration = fourier_excitation(*amplitudes, period, STEP * jnp.arange(samples))
+    a, b = (amplitude * jnp.asarray(each) for each in (COSINES, SINES))
+    _, rate, acceleration = fourier_excitation(a, b, period, STEP * jnp.arange(samples))
     return jnp.stack([acceleration, rate, rate * jnp.abs(rate)], axis=1)
 
 

@@ -113,7 +113,7 @@ def everybody() -> dict[str, Callable[[Any], Fit]]:
 
 
 def _rows(record: RateRecord, std: Float[Array, ""] | None = None) -> Float[Array, "T 1 4"]:
-    return rate_rows(record.mean_rate, record.wrench, STEP, std=std)[:, None]  # type: ignore[arg-type]  # an array will do
+    return rate_rows(record.mean_rate, record.wrench, STEP, std=std)[:, None]
 
 
 def _corrected(record: RateRecord) -> Float[Array, "T 1 4"]:

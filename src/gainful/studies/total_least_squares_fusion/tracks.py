@@ -40,7 +40,7 @@ def figures(outcome: Outcome) -> list[Figure]:
 def _estimates(outcome: Outcome, parameter: str, number: int) -> Figure:
     column = PARAMETERS.index(parameter)
     true, unit = YAW.theta[column], YAW.units[column]
-    rows = slice(int(np.searchsorted(AFTER, 4 * EARLIEST)), None)
+    rows = slice(int(np.searchsorted(AFTER, 3 * EARLIEST)), None)
     x = AFTER[rows]
     truth = Line("truth", x, np.full(len(x), true), reference=True)
     one = tuple(first(each, x, outcome.every(CASE, each, "theta")[:, rows, column]) for each in PUBLISHED)

@@ -24,7 +24,7 @@ def tables(outcome: Outcome) -> list[Table]:
     return [
         outcome.table(
             NAME,
-            ("error_500", "error_1000", "error", "m", "d", "d2"),
+            ("error_200", "error_500", "error", "m", "d", "d2"),
             title="Unequal sensors, variances 0.1 and 0.4: relative errors, and biases after 2000 samples",
         )
     ]
