@@ -5,7 +5,6 @@ from __future__ import annotations
 import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
-from scipy.special import ndtri
 
 from ...regression import (
     count_rows,
@@ -24,13 +23,13 @@ from ..outcome import Outcome
 from ..statistics import Measured
 from .contenders import CROSS
 from .fusion import CASES, title
+from .measures import REACH
 from .records import PARAMETERS, noisy_rows, rows_of
 
 SINGLE, STACKED, MEAN = "TLS, one sensor", "TLS, stacked", "TLS of the mean"
 FULL, SANDWICH, SHORT = "full", "sandwich", "first order"
 KINDS = (FULL, SANDWICH, SHORT)
 """Formulas for the covariance; the last leaves out what noise of the regressors adds to itself."""
-REACH = float(ndtri(0.975))
 
 
 def asked(name: str) -> str:

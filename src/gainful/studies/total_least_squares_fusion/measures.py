@@ -9,6 +9,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
+from scipy.special import ndtri
 
 from ...filters import Info
 from ...regression import Fit
@@ -17,6 +18,8 @@ from .records import PARAMETERS, Axis, NoisyRows
 
 EARLY = (50, 200, 500)
 """Samples after which errors are told besides those at the end."""
+REACH = float(ndtri(0.975))
+"""Standard deviations either way that a normal estimate's 95 % interval reaches."""
 LOST = 1.0
 """Relative error from which an estimate is called lost."""
 SHOWN = np.concatenate([np.arange(200), np.arange(209, 2000, 10)])
@@ -87,6 +90,7 @@ def judged(
     contenders: Mapping[str, Callable[[Any], Any]],
     *,
     baseline: str = "",
+    kept: tuple[str, ...] = (),
 ) -> Experiment:
     """An experiment of constant parameters: they differ in records and contenders, and all are judged alike."""
     return Experiment(
@@ -98,5 +102,5 @@ def judged(
         quantities(axis),
         Traces(jnp.asarray(SHOWN)),
         baseline=baseline,
-        kept=("error", "theta"),
+        kept=kept,
     )

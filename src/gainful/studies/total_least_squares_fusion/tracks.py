@@ -11,13 +11,12 @@ from ..outcome import Outcome
 from .comparing import closest
 from .contenders import PUBLISHED, RLS_F, RTLS1, RTLS_F
 from .figures import first, medians
-from .fusion import CASES, EARLIEST, named, title
+from .fusion import CASES, EARLIEST, FIRST, title
 from .measures import AFTER
 from .records import PARAMETERS, YAW
 
 SHOWN = {"m": "inertia with added mass, m", "d2": "quadratic drag, d2"}
 """Parameters of the figures, the first and the last."""
-CASE = named(YAW, 0.1)
 
 
 def tables(outcome: Outcome) -> list[Table]:
@@ -43,12 +42,12 @@ def _estimates(outcome: Outcome, parameter: str, number: int) -> Figure:
     rows = slice(int(np.searchsorted(AFTER, 3 * EARLIEST)), None)
     x = AFTER[rows]
     truth = Line("truth", x, np.full(len(x), true), reference=True)
-    one = tuple(first(each, x, outcome.every(CASE, each, "theta")[:, rows, column]) for each in PUBLISHED)
+    one = tuple(first(each, x, outcome.every(FIRST, each, "theta")[:, rows, column]) for each in PUBLISHED)
     chosen = (RLS_F, RTLS1, RTLS_F)
-    spread = medians(outcome, CASE, "theta", chosen, AFTER, rows, banded=chosen, column=column)
+    spread = medians(outcome, FIRST, "theta", chosen, AFTER, rows, banded=chosen, column=column)
     return Figure(
         f"Estimates of the {SHOWN[parameter]}: figure {number} of the paper",
-        f"{title(CASE).capitalize()}: all seven in one run, and the median of the runs with the band of nine in ten. Fusion "
+        f"{title(FIRST).capitalize()}: all seven in one run, and the median of the runs with the band of nine in ten. Fusion "
         "narrows the band; which estimate is nearest in one run is luck.",
         (Panel("the first run", (*one, truth), unit), Panel("median of the runs", (*spread, truth), unit)),
         "samples",
