@@ -18,7 +18,7 @@ from .comparing import scaled, worst_of
 from .contenders import RLS_F, RTLS_F
 from .fusion import CASES, title
 from .intervals import STACKED, asked
-from .records import PARAMETERS, SAMPLES, SURGE, YAW, motion
+from .records import PARAMETERS, SAMPLES, SURGE, WORDS, YAW, motion
 
 
 @functools.cache
@@ -37,7 +37,7 @@ def tables(outcome: Outcome) -> list[Table]:
         cases = [name for name, (which, _) in CASES.items() if which is axis]
         rows = tuple(
             (
-                f"{each} [{unit}]",
+                f"{WORDS[each]} [{unit}]",
                 *(
                     cell
                     for name in cases
@@ -52,8 +52,10 @@ def tables(outcome: Outcome) -> list[Table]:
         )
         heads = [f"{what}, {CASES[name][1]:g}" for name in cases for what in ("theory", "found", "from the record")]
         out.append(Table(f"Bias of RLS_F, {axis.name}: table {number} of the paper", ("Parameter", *heads), rows))
-    rows = tuple((title(name), *(outcome.mean(name, RTLS_F, each) for each in PARAMETERS)) for name in CASES)
-    out.append(Table("Bias of RTLS_F after 2000 samples", ("Experiment", *PARAMETERS), rows))
+    rows = tuple(
+        (title(name).capitalize(), *(outcome.mean(name, RTLS_F, each) for each in PARAMETERS)) for name in CASES
+    )
+    out.append(Table("Bias of RTLS_F after 2000 samples", ("Experiment", *WORDS.values()), rows))
     return out
 
 

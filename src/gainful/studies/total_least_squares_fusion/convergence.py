@@ -13,7 +13,7 @@ from ..figures import Table
 from ..outcome import Outcome
 from ..statistics import Measured, median_interval
 from .contenders import COLD, MEAN_RTLS, PUBLISHED, RLS_F, RTLS_F
-from .fusion import CASES, title, to_singles
+from .fusion import CASES, HEADS, to_singles
 from .measures import AFTER
 
 WITHIN = 0.1
@@ -63,10 +63,9 @@ def tables(outcome: Outcome) -> list[Table]:
     names = (*PUBLISHED, COLD, MEAN_RTLS)
     rows = tuple((each, *(to_truth(outcome, name, each) for name in CASES)) for each in names)
     limits = tuple((each, *(to_limit(outcome, name, each) for name in CASES)) for each in (RLS_F, RTLS_F))
-    heads = ("Contender", *map(title, CASES))
     return [
-        Table(f"Samples until the median error stays below {100 * WITHIN:g} %", heads, rows),
-        Table(f"Samples until the median error stays within {NEAR:g} times its last", heads, limits),
+        Table(f"Samples until the median error stays below {100 * WITHIN:g} %", HEADS, rows),
+        Table(f"Samples until the median error stays within {NEAR:g} times its last", HEADS, limits),
     ]
 
 

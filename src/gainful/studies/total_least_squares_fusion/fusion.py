@@ -55,13 +55,17 @@ def title(name: str) -> str:
     return f"{axis.name}, variance {variance:g}"
 
 
+HEADS = ("Contender", *(title(name).capitalize() for name in CASES))
+"""Headings of tables of contenders by experiments."""
+
+
 def tables(outcome: Outcome) -> list[Table]:
     """Errors at the end, and how many records are lost."""
     errors = outcome.compared("Relative error after 2000 samples, mean over runs", "error", CASES)
     rows = tuple(
-        (name, *(outcome.share(case, name, "lost") for case in CASES)) for name in (*PUBLISHED[3:], COLD, MEAN_RTLS)
+        (name, *(outcome.share(case, name, "lost") for case in CASES)) for name in (RTLS1, RTLS_F, FRTLS, COLD)
     )
-    lost = Table("Share of runs with a relative error above 1 at the end", ("Contender", *map(title, CASES)), rows)
+    lost = Table("Share of runs with a relative error above 1 at the end", HEADS, rows)
     return [errors, lost]
 
 

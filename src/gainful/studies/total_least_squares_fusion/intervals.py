@@ -22,9 +22,9 @@ from ..figures import Table
 from ..outcome import Outcome
 from ..statistics import Measured
 from .contenders import CROSS
-from .fusion import CASES, title
+from .fusion import CASES, HEADS, title
 from .measures import REACH
-from .records import PARAMETERS, noisy_rows, rows_of
+from .records import PARAMETERS, WORDS, noisy_rows, rows_of
 
 SINGLE, STACKED, MEAN = "TLS, one sensor", "TLS, stacked", "TLS of the mean"
 FULL, SANDWICH, SHORT = "full", "sandwich", "first order"
@@ -122,22 +122,17 @@ def experiment(name: str) -> Experiment:
 
 def tables(outcome: Outcome) -> list[Table]:
     """How often intervals hold the truth."""
-    rows = []
-    for contender in CONTENDERS:
-        for kind in KINDS if contender != CROSS else (SANDWICH,):
-            cells = [outcome.share(asked(name), contender, f"{kind}_{each}") for name in CASES for each in PARAMETERS]
-            rows.append((f"{contender}: {kind}", *cells))
-    width, cases = len(PARAMETERS), list(CASES)
+    chosen = [(name, kind) for name in CONTENDERS for kind in (KINDS if name != CROSS else (SANDWICH,))]
     return [
         Table(
-            f"How often 95 % intervals hold the truth, {CASES[cases[k]][0].name}",
-            (
-                "Estimator: formula",
-                *(f"{each}, {CASES[name][1]:g}" for name in cases[k : k + 2] for each in PARAMETERS),
+            f"How often 95 % intervals hold the truth: {words}",
+            ("Estimator: formula", *HEADS[1:]),
+            tuple(
+                (f"{name}: {kind}", *(outcome.share(asked(case), name, f"{kind}_{each}") for case in CASES))
+                for name, kind in chosen
             ),
-            tuple((row[0], *row[1 + k * width : 1 + (k + 2) * width]) for row in rows),
         )
-        for k in (0, 2)
+        for each, words in WORDS.items()
     ]
 
 

@@ -18,7 +18,7 @@ from ..statistics import Measured
 from .comparing import rms_ratio
 from .measures import REACH
 from .rates import SURGE, YAW, RateRecord, sailing
-from .records import PARAMETERS, Axis
+from .records import PARAMETERS, WORDS, Axis
 from .regressors import (
     GENERAL,
     ISOTROPIC,
@@ -35,7 +35,6 @@ WEAK_OF = {window: WEAK_CROSS if window == WINDOW else f"{WEAK_CROSS}, W = {wind
 """Contenders by window."""
 SWEEP = (0.0025, 0.005, 0.01, 0.02, 0.04, 0.08)  # rad/s
 SWEEP_WRENCH = 0.1  # N m
-WORDS = {"m": "inertia, m", "d": "linear drag, d", "d2": "quadratic drag, d2"}
 MOST = 50
 
 
@@ -100,9 +99,11 @@ def tables(outcome: Outcome) -> list[Table]:
         for setting in SETTINGS
         for window in WINDOWS
     )
-    heads = (*(f"{each} [%]" for each in PARAMETERS), *(f"{each} in 95 %" for each in PARAMETERS))
+    heads = (*(f"error of {each} [%]" for each in PARAMETERS), *(f"inside, {each}" for each in PARAMETERS))
     windows = Table(
-        "Weak IV over its window of W samples: errors, and how often intervals hold", ("Setting", *heads), rows
+        "Weak IV over its window of W samples: errors, and how often 95 % intervals hold the truth",
+        ("Setting", *heads),
+        rows,
     )
     return [*errors, windows]
 

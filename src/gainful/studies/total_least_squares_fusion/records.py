@@ -19,7 +19,8 @@ SINES = (-0.07, 0.53, -0.13, -0.37, -0.06)  # rad/s or m/s
 PERIOD, STEP = 20.0, 0.05  # s
 SAMPLES = 2000
 PARAMETERS = ("m", "d", "d2")
-"""Inertia with added mass, linear and quadratic drag."""
+WORDS = {"m": "inertia with added mass, m", "d": "linear drag, d", "d2": "quadratic drag, d2"}
+"""The parameters in words."""
 
 
 @dataclasses.dataclass(frozen=True)

@@ -11,23 +11,21 @@ from ..outcome import Outcome
 from .comparing import closest
 from .contenders import PUBLISHED, RLS_F, RTLS1, RTLS_F
 from .figures import first, medians
-from .fusion import CASES, EARLIEST, FIRST, title
+from .fusion import CASES, EARLIEST, FIRST, HEADS, title
 from .measures import AFTER
-from .records import PARAMETERS, YAW
+from .records import PARAMETERS, WORDS, YAW
 
-SHOWN = {"m": "inertia with added mass, m", "d2": "quadratic drag, d2"}
-"""Parameters of the figures, the first and the last."""
+SHOWN = {name: WORDS[name] for name in ("m", "d2")}
+"""Parameters of the figures."""
 
 
 def tables(outcome: Outcome) -> list[Table]:
     """How often each of the seven is nearest."""
     out = []
     for parameter, words in SHOWN.items():
-        shares = {title(name): closest(outcome, name, parameter, PUBLISHED) for name in CASES}
-        rows = tuple((each, *(found[each] for found in shares.values())) for each in PUBLISHED)
-        out.append(
-            Table(f"Share of runs in which an estimate is the nearest of seven: {words}", ("Contender", *shares), rows)
-        )
+        shares = [closest(outcome, name, parameter, PUBLISHED) for name in CASES]
+        rows = tuple((each, *(found[each] for found in shares)) for each in PUBLISHED)
+        out.append(Table(f"Share of runs in which an estimate is the nearest of seven: {words}", HEADS, rows))
     return out
 
 
