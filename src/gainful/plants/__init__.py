@@ -13,16 +13,23 @@ from .euler312 import (
     quaternion_to_dcm,
 )
 from .excitation import chirp, multisine, prbs, staircase
+from .excitation_design import ExcitationDesign, design_excitation
 from .fourier_excitation import fourier_excitation
 from .hydraulic_servo import HydraulicServo, hydraulic_servo
 from .hydraulic_servo_parameters import HydraulicServoParameters
 from .hydraulic_servo_record import ServoRecord, drive_servo, interval_times, sample_times
 from .hydraulic_servo_reduced import ReducedHydraulicServo, hydraulic_servo_reduced
 from .kinematics import attitude_kinematics, constant_velocity, planar_vehicle
+from .marine_motion import MarineMotion
+from .marine_vehicle import MarineVehicle, bluerov2
 from .rigid_spacecraft import RigidSpacecraft, SpacecraftState
+from .single_dof_vehicle import SingleDofVehicle, published_vehicle, single_dof_vehicle
 from .spacecraft_model import rigid_spacecraft, spacecraft_model
 from .target_tracking import fly, tracking_controller
 from .targets import AbstractTarget, SlewTarget, SwingTarget
+from .vehicle_numbers import VehicleNumbers, gravity_direction
+from .vehicle_rows import vehicle_rows, weak_vehicle_rows
+from .vehicle_structure import VehicleStructure
 from .wheels import Wheels, orthogonal_axes, pyramid_axes
 
 CATALOGUE: dict[str, Callable[..., AbstractModel]] = {
@@ -32,6 +39,7 @@ CATALOGUE: dict[str, Callable[..., AbstractModel]] = {
     "hydraulic_servo_reduced": hydraulic_servo_reduced,
     "planar_vehicle": planar_vehicle,
     "rigid_spacecraft": rigid_spacecraft,
+    "single_dof_vehicle": single_dof_vehicle,
 }
 """Ready models by the name a configuration uses."""
 
@@ -39,23 +47,31 @@ __all__ = [
     "CATALOGUE",
     "AbstractAttitudeForm",
     "AbstractTarget",
+    "ExcitationDesign",
     "HydraulicServo",
     "HydraulicServoParameters",
     "InertialQuaternion",
+    "MarineMotion",
+    "MarineVehicle",
     "OrbitAngles",
     "ReducedHydraulicServo",
     "RigidSpacecraft",
     "ServoRecord",
+    "SingleDofVehicle",
     "SlewTarget",
     "SpacecraftState",
     "SwingTarget",
     "TargetAngles",
+    "VehicleNumbers",
+    "VehicleStructure",
     "Wheels",
     "attitude_form",
     "attitude_kinematics",
+    "bluerov2",
     "chirp",
     "constant_velocity",
     "dcm_to_euler312",
+    "design_excitation",
     "drive_servo",
     "euler312_rates",
     "euler312_rates_inverse",
@@ -63,6 +79,7 @@ __all__ = [
     "euler312_to_quaternion",
     "fly",
     "fourier_excitation",
+    "gravity_direction",
     "hydraulic_servo",
     "hydraulic_servo_reduced",
     "interval_times",
@@ -70,11 +87,15 @@ __all__ = [
     "orthogonal_axes",
     "planar_vehicle",
     "prbs",
+    "published_vehicle",
     "pyramid_axes",
     "quaternion_to_dcm",
     "rigid_spacecraft",
     "sample_times",
+    "single_dof_vehicle",
     "spacecraft_model",
     "staircase",
     "tracking_controller",
+    "vehicle_rows",
+    "weak_vehicle_rows",
 ]
