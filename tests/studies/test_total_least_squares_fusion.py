@@ -9,7 +9,17 @@ import pytest
 
 from gainful.studies import Chart, Measured, Outcome, Trace, find_study
 from gainful.studies.monte_carlo import Results, run_experiment
-from gainful.studies.total_least_squares_fusion import bias, costs, fusion, intervals, jump, outage, realistic, unequal
+from gainful.studies.total_least_squares_fusion import (
+    bias,
+    costs,
+    fusion,
+    intervals,
+    jump,
+    outage,
+    realistic,
+    unequal,
+    vehicle,
+)
 from gainful.studies.total_least_squares_fusion.comparing import closest, rms_ratio, scaled, worst_of
 from gainful.studies.total_least_squares_fusion.contenders import (
     MEAN_RLS,
@@ -228,5 +238,6 @@ def test_the_study_is_known_by_its_name_and_its_cases_are_the_papers(study):
     assert {each.name for each in study.experiments if not each.baseline} == {
         *(intervals.asked(name) for name in fusion.CASES),
         *outage.STDS,
-        "jump",
+        jump.NAME,
+        vehicle.CLEAN,
     }

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from ..base import Citation, Study
-from . import bias, convergence, costs, fusion, intervals, jump, outage, realistic, tracks, unequal
+from . import bias, convergence, costs, fusion, intervals, jump, outage, realistic, tracks, unequal, vehicle
 
 SEED = 1
 
 
 def study() -> Study:
     """The study of Zhu et al. (2017)."""
-    chapters = (fusion, tracks, bias, intervals, convergence, costs, unequal, realistic, outage, jump)
+    chapters = (fusion, tracks, bias, intervals, convergence, costs, unequal, realistic, vehicle, outage, jump)
     return Study.of(
         [each.chapter() for each in chapters],
         name="total-least-squares-fusion",
@@ -19,7 +19,8 @@ def study() -> Study:
             "Inertia and drag of an underwater vehicle in yaw and in surge, from accelerations, rates and squared rates that "
             "are as noisy as the force. Two sensors see the same motion: least squares and total least squares are given one "
             "of them, the rows of both, or their mean. Then noise as it is on a vehicle, where all regressors come from one "
-            "rate sensor, with estimators that know of it; a motion that stops; and an inertia that jumps."
+            "rate sensor, with estimators that know of it, also in six coupled degrees of freedom; a motion that stops; and an "
+            "inertia that jumps."
         ),
         citations=(
             Citation(
