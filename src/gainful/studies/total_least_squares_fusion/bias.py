@@ -110,7 +110,7 @@ def _early(name: str) -> Check:
 
 CLAIMS = (
     Claim(
-        "bias of least squares (1)",
+        "bias of LS (1)",
         "The theoretical bias of the stacked least squares estimate agrees with experiment.",
         "tables 1 and 2",
         (*map(_off_theory, CASES), *map(_from_record, CASES)),

@@ -70,7 +70,7 @@ def _operations(above_all: str, under: str) -> Measured:
 
 CLAIMS = (
     Claim(
-        "cost of line searches (5)",
+        "cost of searches (5)",
         "FRTLS costs more than RTLS.",
         "in words",
         (

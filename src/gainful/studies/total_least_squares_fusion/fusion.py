@@ -124,7 +124,7 @@ def _lost(name: str) -> Check:
 
 CLAIMS = (
     Claim(
-        "fusion of least squares (2)",
+        "LS fusion (2)",
         "The least squares methods have the largest errors, which nearly coincide: fusion does not help least squares.",
         "figures 1 to 4, no numbers",
         (
@@ -138,7 +138,7 @@ CLAIMS = (
         },
     ),
     Claim(
-        "total least squares is better (3)",
+        "TLS over LS (3)",
         "All total least squares methods are clearly better than least squares.",
         "figures 1 to 4, no numbers",
         (
@@ -162,7 +162,7 @@ CLAIMS = (
         },
     ),
     Claim(
-        "line searches from nothing",
+        "searches from nothing",
         "FRTLS needs no other estimate to start from.",
         "not in the paper, which does not say how it starts",
         tuple(_lost(name) for name in CASES),
@@ -179,7 +179,7 @@ CLAIMS = (
         {"reproduced": "On average, by the square root of two that twice the rows give."},
     ),
     Claim(
-        "fusion in every record",
+        "fusion, every record",
         "It is so in any one record, such as the paper shows.",
         "not in the paper",
         tuple(nearer(name, RTLS_F, (RTLS1, RTLS2), above(0.5)) for name in CASES),
@@ -196,7 +196,7 @@ CLAIMS = (
         {"not reproduced": "Total least squares of the sensors' mean is more accurate by a tenth to a fifth."},
     ),
     Claim(
-        "without knowing the noise",
+        "noise unknown",
         "One sensor as the instrument of the other is about as accurate as the fusion, and knows nothing of the noise but that "
         "the sensors' is independent.",
         "not in the paper",

@@ -155,7 +155,7 @@ CLAIMS = (
         ),
     ),
     Claim(
-        "intervals of first order",
+        "first-order intervals",
         "A formula of first order in the noise will do.",
         "not in the paper",
         tuple(_least(each, SHORT, above(0.85)) for each in (SINGLE, STACKED, MEAN)),

@@ -138,7 +138,7 @@ CLAIMS = (
         {"not reproduced": "A shorter memory holds fewer rows: the error before the jump rises up to fourfold."},
     ),
     Claim(
-        "forgetting does not cure bias",
+        "forgetting and bias",
         "However fast it forgets, least squares stays off.",
         "not in the paper",
         tuple(

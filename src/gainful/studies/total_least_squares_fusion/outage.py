@@ -120,7 +120,7 @@ CLAIMS = (
         {"not reproduced": "What is left of the record is noise, and total least squares fits that."},
     ),
     Claim(
-        "gate on the eigenvalue gap",
+        "gate on the gap",
         "It does with a gate that holds it while the gap of eigenvalues is one that noise alone would show.",
         "not in the paper",
         (

@@ -186,7 +186,7 @@ def _honest(setting: str) -> Check:
 
 CLAIMS = (
     Claim(
-        "total least squares on logs as they are",
+        "TLS on real logs",
         "Isotropic total least squares, as published, is better than least squares also where the noise is that of a rate "
         "sensor.",
         "not in the paper, whose columns are all equally noisy",
@@ -197,14 +197,14 @@ CLAIMS = (
         },
     ),
     Claim(
-        "columns in the right units",
+        "columns scaled",
         "It is enough to scale columns to equal noise.",
         "not in the paper",
         tuple(_over(setting, SCALED, GENERAL, "d", below(1.1)) for setting in RATES_MATTER),
         {"not reproduced": "The noise of the rate and of its square are correlated, which no scaling removes."},
     ),
     Claim(
-        "covariance of a row",
+        "row covariance",
         "With the covariance of every row total least squares is as good as least squares or better.",
         "not in the paper",
         (
@@ -213,7 +213,7 @@ CLAIMS = (
         ),
     ),
     Claim(
-        "weak form and instruments",
+        "weak form, instruments",
         "Weak rows, each sensor the instrument of the other, are about as accurate without knowing any covariance.",
         "not in the paper",
         tuple(_most(setting, WEAK_CROSS, GENERAL, below(1.25)) for setting in SETTINGS),
@@ -230,7 +230,7 @@ CLAIMS = (
         },
     ),
     Claim(
-        "intervals of the weak form",
+        "weak-form intervals",
         "Its intervals, with correlation of neighbouring rows counted, hold the truth about as often as they say.",
         "not in the paper",
         tuple(map(_honest, SETTINGS)),

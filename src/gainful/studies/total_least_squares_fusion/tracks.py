@@ -63,7 +63,7 @@ def _nearest(name: str, parameter: str) -> Check:
 
 CLAIMS = (
     Claim(
-        "closest to the truth (7)",
+        "closest to truth (7)",
         "The fused total least squares estimates of inertia and quadratic drag are the closest to the truth.",
         "figures 5 and 6, one run",
         tuple(_nearest(name, parameter) for parameter in SHOWN for name in CASES),

@@ -46,7 +46,7 @@ def figures(outcome: Outcome) -> list[Chart]:
 
 CLAIMS = (
     Claim(
-        "fusion of unequal sensors",
+        "unequal, stacked",
         "Stacked with weights inverse to their variances, two sensors are more accurate than the better one alone.",
         "not in the paper, whose sensors are equal",
         (ratio(NAME, WEIGHTED, BEST, below(0.97)),),
@@ -56,13 +56,13 @@ CLAIMS = (
         },
     ),
     Claim(
-        "weighted mean of unequal sensors",
+        "unequal, weighted mean",
         "Their weighted mean is.",
         "not in the paper",
         (ratio(NAME, MEAN, BEST, below(0.97)), ratio(NAME, MEAN, WEIGHTED, below(0.97))),
     ),
     Claim(
-        "weights matter",
+        "unequal, no weights",
         "Without weights the fusion is worse than the better sensor alone.",
         "not in the paper",
         (ratio(NAME, BEST, ALIKE, below(0.8)),),
