@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gainful.errors import ConfigError
-from gainful.studies import STUDIES, Entry, Measured, exactly, find_study, mean_interval
+from gainful.studies import STUDIES, Entry, Measured, exactly, find_study, mean_interval, rms_interval
 
 from . import walk
 
@@ -36,6 +36,7 @@ def test_numbers_are_asked_for_by_name(outcome):
     assert outcome.mean("quiet", "tuned", "square") == mean_interval(values, unit="m^2")
     assert outcome.summary("jump", "nervous", "delay") == outcome.median("jump", "nervous", "delay")
     assert outcome.summary("jump", "nervous", "caught") == outcome.share("jump", "nervous", "caught")
+    assert outcome.rms("quiet", "tuned", "square") == rms_interval(values, unit="m^2")
     both = outcome.mean("quiet", "nervous", "square").value - outcome.mean("quiet", "tuned", "square").value
     assert outcome.difference("quiet", "square", "nervous", minus="tuned").value == pytest.approx(both)
     assert outcome.trace("quiet", "tuned", "square").mean.shape == (walk.ROWS,)

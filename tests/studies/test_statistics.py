@@ -13,6 +13,7 @@ from gainful.studies import (
     mean_interval,
     median_interval,
     ratio_interval,
+    rms_interval,
     share_interval,
 )
 
@@ -38,6 +39,18 @@ def test_a_run_that_failed_is_not_left_out_of_the_mean():
         assert not found.known
         assert found.note == "not finite in 1 of 3 runs"
         assert not ratio_interval([1.0, bad], [1.0, 2.0]).known
+
+
+def test_the_interval_of_a_root_mean_square_is_the_root_of_that_of_the_mean_square(rng):
+    x = rng.normal(1.0, 2.0, 30)
+    found, square = rms_interval(x, unit="m"), mean_interval(x**2)
+    assert [each**2 for each in (found.value, found.low, found.high)] == pytest.approx(
+        [square.value, square.low, square.high], rel=1e-12
+    )
+    assert (found.runs, found.unit) == (30, "m")
+    assert rms_interval([1.0, 100.0]).low == 0.0
+    assert rms_interval([-2.0]) == Measured(2.0, -math.inf, math.inf, 1)
+    assert not rms_interval([1.0, np.nan]).known
 
 
 @pytest.mark.parametrize("n", [6, 7, 20, 51])
@@ -114,6 +127,7 @@ def test_a_difference_is_the_mean_of_the_differences(rng):
     ("interval", "truth"),
     [
         (lambda rng: mean_interval(rng.gamma(4.0, size=20)), 4.0),
+        (lambda rng: rms_interval(rng.gamma(16.0, size=20)), math.sqrt(272.0)),
         (lambda rng: median_interval(rng.gamma(4.0, size=20)), scipy.stats.gamma.median(4.0)),
         (lambda rng: share_interval(rng.random(20) < 0.7), 0.7),
         (lambda rng: ratio_interval(rng.gamma(4.0, size=20), rng.gamma(8.0, size=20)), 0.5),
@@ -136,6 +150,9 @@ def test_numbers_are_shown_to_two_digits_of_their_interval():
         (Measured(168.0, 160.0, 190.0, 12, "s"), "168 [160, 190] s"),
         (Measured(2.0, -math.inf, math.inf, 1, "s"), "2 s (no interval)"),
         (Measured(2.0, 1.0, math.inf, 9, "s"), "2 [1, never] s"),
+        (Measured(1652.0, 1250.0, math.inf, 9), "1652 [1250, never]"),
+        (Measured(1030.4, 612.0, 2980.0, 9), "1030 [612, 2980]"),
+        (Measured(2.4e6, 1.2e6, 9.0e6, 9), "2.40e+06 [1.20e+06, 9.00e+06]"),
         (Measured(math.inf, 1.0, math.inf, 9, "s"), "never"),
         (exactly(0.0, "m"), "0 m"),
         (Measured(math.nan, -math.inf, math.inf, 3, "m"), "\N{EN DASH}"),

@@ -131,7 +131,7 @@ def rate_rows(
     wrench: Float[Array, "*batch T"],
     dt: float,
     *,
-    std: float | None = None,
+    std: float | Array | None = None,
     stencil: Sequence[float] = CENTRAL_DIFFERENCE,
 ) -> Float[Array, "*batch T_inner 4"]:
     """Rows `[rdot, r, r|r|, tau]` of a rate differentiated by a stencil.

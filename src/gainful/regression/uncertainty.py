@@ -134,10 +134,11 @@ def sandwich_covariance(scores: Float[Array, "T n"], excess: Float[Array, "n n"]
 
 @functools.partial(jax.jit, static_argnums=2)
 def _sandwich(psi: Float[Array, "T n"], excess: Float[Array, "n n"], lag: int) -> Float[Array, "n n"]:
-    reach = min(lag, len(psi) - 1)
-    # Bartlett's weights: the sum over lags is one product with the scores smoothed by them.
-    taps = 1.0 - jnp.abs(jnp.arange(-reach, reach + 1)) / (lag + 1.0)
-    smoothed = jax.vmap(lambda column: jnp.convolve(column, taps)[reach : reach + len(psi)], 1, 1)(psi)
-    total = psi.T @ smoothed
+    reach = max(min(lag, len(psi) - 1), 0)
+    weights = 1.0 - jnp.abs(jnp.arange(-reach, reach + 1)) / (lag + 1.0)
+    # A product with the scores summed over neighbours: one convolution in place of as many products as there are lags.
+    near = jax.vmap(lambda column: jnp.convolve(jnp.pad(column, reach), weights, "valid"), 1, 1)(psi)
+    total = psi.T @ near
+    total = 0.5 * (total + total.T)
     bread = jnp.linalg.inv(excess)
     return bread @ total @ bread.T

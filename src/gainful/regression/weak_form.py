@@ -107,7 +107,7 @@ def weak_rows(
     wrench: Float[Array, "*batch T"],
     dt: float,
     *,
-    std: float | None = None,
+    std: float | Array | None = None,
     window: int = WINDOW,
 ) -> Float[Array, "*batch T_inner 4"]:
     """Rows `[rdot, r, r|r|, tau]` in weak form.

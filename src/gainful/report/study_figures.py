@@ -201,7 +201,7 @@ def _log_axis(values: Iterable[float]) -> dict[str, Any]:
     above = [value for value in values if math.isfinite(value) and value > 0]
     decades = math.log10(max(above) / min(above)) if above else 0.0
     if decades < 2:
-        return {"type": "log", "dtick": "D2" if decades > 0.7 else "D1", "tickformat": ".3~g"}
+        return {"type": "log", "dtick": "D2" if decades > 0.7 else "D1", "tickformat": ".6~g"}
     return {"type": "log", "dtick": math.ceil(decades / 6), "exponentformat": "power"}
 
 

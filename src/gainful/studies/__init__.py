@@ -15,6 +15,7 @@ from .statistics import (
     mean_interval,
     median_interval,
     ratio_interval,
+    rms_interval,
     share_interval,
 )
 from .tuning import Tuning, tune
@@ -53,6 +54,7 @@ __all__ = [
     "median_interval",
     "near",
     "ratio_interval",
+    "rms_interval",
     "share_interval",
     "tune",
 ]

@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Callable, Mapping
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import equinox as eqx
 from jaxtyping import Array, Float
@@ -13,7 +13,7 @@ from ..filters import AbstractEstimator, Info
 from ..models import AbstractModel, Sample
 from ..running.run import scan
 
-Statistic = Literal["mean", "median", "share"]
+Statistic = Literal["mean", "median", "rms", "share"]
 """What is told of a quantity over runs."""
 
 
@@ -58,8 +58,8 @@ class Quantity:
         name: under which `measure` returns it.
         title: in tables.
         unit: "1" for none.
-        statistic: what is told of it over runs: "mean", "median" (for delays, where infinity stands for "never") or
-            "share" (for what happens or not).
+        statistic: what is told of it over runs: "mean", "median" (for delays, where infinity stands for "never"), "rms" (for
+            errors with their sign) or "share" (for what happens or not).
     """
 
     name: str
@@ -68,8 +68,9 @@ class Quantity:
     statistic: Statistic = "mean"
 
     def __post_init__(self) -> None:
-        if self.statistic not in ("mean", "median", "share"):
-            hint = did_you_mean(str(self.statistic), ("mean", "median", "share"))
+        known = get_args(Statistic)
+        if self.statistic not in known:
+            hint = did_you_mean(str(self.statistic), known)
             raise ConfigError(f"quantity {self.name!r}: statistic {self.statistic!r} is not known; {hint}")
 
 

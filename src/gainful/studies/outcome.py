@@ -23,6 +23,7 @@ from .statistics import (
     mean_interval,
     median_interval,
     ratio_interval,
+    rms_interval,
     share_interval,
 )
 
@@ -88,6 +89,10 @@ class Outcome:
         """The median over runs between order statistics."""
         return self._told(median_interval, experiment, contender, quantity)
 
+    def rms(self, experiment: str, contender: str, quantity: str) -> Measured:
+        """The root mean square over runs."""
+        return self._told(rms_interval, experiment, contender, quantity)
+
     def share(self, experiment: str, contender: str, quantity: str) -> Measured:
         """The share of runs in which something happened, with Wilson's interval."""
         if not self._results(experiment).experiment.random:
@@ -97,7 +102,7 @@ class Outcome:
     def summary(self, experiment: str, contender: str, quantity: str) -> Measured:
         """The statistic that the quantity asks for."""
         statistic = self.quantity(experiment, quantity).statistic
-        return {"mean": self.mean, "median": self.median, "share": self.share}[statistic](
+        return {"mean": self.mean, "median": self.median, "rms": self.rms, "share": self.share}[statistic](
             experiment, contender, quantity
         )
 

@@ -27,6 +27,10 @@ STUDIES: dict[str, Entry] = {
         "states and parameters of a hydraulic servo axis by filters that withstand outliers, with jumps of the parameters",
         "gainful.studies.robust_joint_estimation:study",
     ),
+    "total-least-squares-fusion": Entry(
+        "inertia and drag of an underwater vehicle from noisy regressors of two sensors, by recursive total least squares",
+        "gainful.studies.total_least_squares_fusion:study",
+    ),
     "two-stage-fault-estimation": Entry(
         "faults of a spacecraft's wheels and gyro by (adaptive) two-stage unscented filters",
         "gainful.studies.two_stage_fault_estimation:study",

@@ -1,4 +1,4 @@
-"""Means, medians, proportions and ratios over Monte Carlo runs, with their intervals."""
+"""Means, medians, root mean squares, proportions and ratios over Monte Carlo runs, with their intervals."""
 
 from __future__ import annotations
 
@@ -87,6 +87,29 @@ def mean_interval(values: Any, *, unit: str = "1", level: float = LEVEL) -> Meas
         return Measured(math.nan, *_NOTHING, n, unit, note)
     mean, reach = float(np.mean(x)), _reach(x, level)
     return Measured(mean, mean - reach, mean + reach, n, unit)
+
+
+def rms_interval(values: Any, *, unit: str = "1", level: float = LEVEL) -> Measured:
+    """The root mean square of independent runs: the root of the mean of the squares, and of its interval's ends.
+
+    Where that interval reaches below zero the lower end is zero.
+
+    Args:
+        values: one number per run (n,), such as an error with its sign.
+        unit: of the numbers.
+        level: probability that the interval covers the root mean square.
+
+    Raises:
+        ConfigError: no values, or a level outside (0, 1).
+
+    Example:
+        >>> print(rms_interval([3.0, -3.0, 3.0], unit="m"))
+        3 m
+    """
+    found = mean_interval(_runs(values, level) ** 2, level=level)
+    low = found.low if math.isinf(found.low) else math.sqrt(max(found.low, 0.0))
+    value, high = (math.sqrt(each) if each >= 0 else each for each in (found.value, found.high))
+    return Measured(value, low, high, found.runs, unit, found.note)
 
 
 def median_interval(values: Any, *, unit: str = "1", level: float = LEVEL) -> Measured:
@@ -244,12 +267,12 @@ def _with_interval(value: float, low: float, high: float) -> str:
         return "never" if value > 0 else "-inf"
     if not (math.isfinite(low) and math.isfinite(high)):
         end = "never" if math.isinf(high) and math.isfinite(low) else ""
-        return f"{value:.3g} [{low:.3g}, {end}]" if end else f"{value:.3g}{_NO_INTERVAL}"
+        return f"{_brief(value)} [{_brief(low)}, {end}]" if end else f"{_brief(value)}{_NO_INTERVAL}"
     half = (high - low) / 2
     if half <= 1e-12 * abs(value):
         return f"{value:.4g}"
     if abs((low + high) / 2 - value) > 0.05 * half:
-        return "{} [{}, {}]".format(*(f"{x:#.3g}".rstrip(".") for x in (value, low, high)))
+        return "{} [{}, {}]".format(*(_brief(x, "#") for x in (value, low, high)))
     # Two digits of the interval, and as many places of the number.
     size = math.floor(math.log10(max(abs(value), half)))
     scaled = not -5 < size < 6
@@ -257,3 +280,8 @@ def _with_interval(value: float, low: float, high: float) -> str:
     places = min(max(0, 1 - math.floor(math.log10(half / by) + 1e-9)), 9)
     text = f"{value / by:.{places}f} ± {half / by:.{places}f}"
     return f"({text})e{size}" if scaled else text
+
+
+def _brief(x: float, form: str = "") -> str:
+    """Three digits, or all before the point where there are more, up to a million."""
+    return f"{x:.0f}" if 1e3 <= abs(x) < 1e6 else f"{x:{form}.3g}".rstrip(".")
