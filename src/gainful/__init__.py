@@ -4,6 +4,7 @@ from .runtime import prepare as _prepare
 
 _prepare()
 
+from .aiding import aided_filter, learn_sensor_map, train_aiding, with_sensor_maps
 from .diagnostics import observability, verdict
 from .estimates import Gaussian, SquareRoot, TwoStage
 from .faults import Fault, with_faults
@@ -27,10 +28,11 @@ from .filters import (
     unscented_kalman_filter,
     weighted_likelihood_kalman_filter,
 )
-from .io import Column, LocalFrame, Source, read_log
+from .io import Column, LocalFrame, Source, load_part, read_log, save_part
 from .linearization import Cubature, GaussHermite, MarginalSigmaPoints, SigmaPoints, Taylor, Unscented
 from .live import OnlineFilter
 from .models import augment, continuous_model, discrete_model, linear_model, sensor
+from .networks import CMAC, CMACTraining, PerceptronTraining
 from .noise import Capped, Nominal, Scaled
 from .regression import RecursiveLeastSquares, RecursiveTotalLeastSquares, regression_model
 from .running import (
@@ -49,6 +51,7 @@ from .running import (
 )
 from .updates import (
     ChangeDetection,
+    Corrected,
     Exact,
     Gated,
     HuberReweighted,
@@ -63,9 +66,12 @@ from .updates import (
 from .version import __version__
 
 __all__ = [
+    "CMAC",
+    "CMACTraining",
     "Capped",
     "ChangeDetection",
     "Column",
+    "Corrected",
     "Cubature",
     "Exact",
     "Fault",
@@ -85,6 +91,7 @@ __all__ = [
     "MaximumCorrentropy",
     "Nominal",
     "OnlineFilter",
+    "PerceptronTraining",
     "RecursiveLeastSquares",
     "RecursiveTotalLeastSquares",
     "Result",
@@ -99,6 +106,7 @@ __all__ = [
     "Unscented",
     "WeightedLikelihood",
     "__version__",
+    "aided_filter",
     "adaptive_two_stage_unscented_kalman_filter",
     "augment",
     "continuous_model",
@@ -109,7 +117,9 @@ __all__ = [
     "huber_kalman_filter",
     "iterated_extended_kalman_filter",
     "kalman_filter",
+    "learn_sensor_map",
     "linear_model",
+    "load_part",
     "log_likelihood",
     "make_log",
     "make_prior",
@@ -122,11 +132,13 @@ __all__ = [
     "run",
     "run_many",
     "samples_of",
+    "save_part",
     "scan",
     "sensor",
     "simulate",
     "smooth",
     "student_t_kalman_filter",
+    "train_aiding",
     "two_stage_extended_kalman_filter",
     "two_stage_kalman_filter",
     "two_stage_unscented_kalman_filter",
@@ -134,4 +146,5 @@ __all__ = [
     "verdict",
     "weighted_likelihood_kalman_filter",
     "with_faults",
+    "with_sensor_maps",
 ]

@@ -1,5 +1,6 @@
 """Records in, results out."""
 
+from .artefacts import load_part, save_part
 from .records import read_log
 from .source import Column, LocalFrame, Source
 from .tables import Table, read_table
@@ -13,7 +14,9 @@ __all__ = [
     "Table",
     "check_folder",
     "convert",
+    "load_part",
     "read_log",
     "read_table",
+    "save_part",
     "whole_folder",
 ]
