@@ -144,6 +144,7 @@ def test_records_may_be_of_any_length_and_lack_some_truth(logs: list[gf.Log]) ->
     _, report = trained(short, training=AffineTraining(), steady_from=30)
     assert report.components == ("x",)
     assert np.isnan(report.base[1])
+    assert any("covariance of the corrected estimate is not known" in text for text in report.warnings)
 
 
 def test_what_was_trained_runs_as_a_filter_and_survives_its_file(

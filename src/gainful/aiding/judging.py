@@ -63,6 +63,8 @@ def judged(
         told.append(f"{100 * flagged:.3g} % of the held-out rows are unlike those the network was trained on")
     if not update.components:
         told.append("no component was better with the correction on held-out records: nothing is corrected")
+    if update.components and update.covariance is None:
+        told.append("no row has a reference of every state: the covariance of the corrected estimate is not known")
     by_filter, validated = _nees(estimator, others, final, first)
     return AidingReport(
         states=others.model.space.tangent_names,

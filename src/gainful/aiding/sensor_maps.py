@@ -102,6 +102,15 @@ def with_sensor_maps(model: AbstractModel, maps: Sequence[SensorMap]) -> SensorM
 
     Raises:
         ConfigError: no map, two of one signal, or a name the model does not have.
+
+    Example:
+        >>> from gainful.models import linear_model
+        >>> from gainful.networks import AffineMap
+        >>> model = linear_model([[1.0]], [[1.0]], Q=0.1, R=1.0, states=["x"], outputs=["y"])
+        >>> stretched = SensorMap("y", ("x",), AffineMap(jnp.array([[0.1]]), jnp.zeros(1)), jnp.asarray(0.5))
+        >>> when = Instant(jnp.array(0.0), jnp.array(1.0), jnp.zeros(0))
+        >>> with_sensor_maps(model, [stretched]).observe(jnp.array([10.0]), when).tolist()
+        [11.0]
     """
     maps = tuple(maps)
     if not maps:

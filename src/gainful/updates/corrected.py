@@ -82,6 +82,16 @@ class Corrected(AbstractUpdate):
         33(21):51-53.
     Differs: gates, feedback, and a covariance of its own.
     Reduces to: `inner` for a network that gives 0, and while the gate is closed.
+
+    Example:
+        >>> from gainful.filters import KalmanFilter
+        >>> from gainful.models import linear_model
+        >>> from gainful.networks import zero_map
+        >>> model = linear_model([[1.0]], [[1.0]], Q=0.1, R=1.0, states=["x"], outputs=["y"])
+        >>> UpdateFeatures().names(model)
+        ('move x', 'left y', 'gain x by y')
+        >>> KalmanFilter(update=Corrected(zero_map(3, 1))).update.init(model).shift.tolist()
+        [0.0]
     """
 
     network: AbstractNetwork
