@@ -4,6 +4,7 @@ from .runtime import prepare as _prepare
 
 _prepare()
 
+from .aiding import aided_filter, learn_sensor_map, train_aiding, with_sensor_maps
 from .diagnostics import observability, verdict
 from .estimates import Gaussian, SquareRoot, TwoStage
 from .faults import Fault, with_faults
@@ -28,10 +29,11 @@ from .filters import (
     weighted_likelihood_kalman_filter,
 )
 from .identification import Recording, identify, parse_equation
-from .io import Column, LocalFrame, Source, read_log
+from .io import Column, LocalFrame, Source, load_part, read_log, save_part
 from .linearization import Cubature, GaussHermite, MarginalSigmaPoints, SigmaPoints, Taylor, Unscented
 from .live import OnlineFilter
 from .models import augment, continuous_model, discrete_model, linear_model, sensor
+from .networks import CMAC, CMACTraining, PerceptronTraining
 from .noise import Capped, Nominal, Scaled
 from .regression import RecursiveLeastSquares, RecursiveTotalLeastSquares, regression_model
 from .running import (
@@ -50,6 +52,7 @@ from .running import (
 )
 from .updates import (
     ChangeDetection,
+    Corrected,
     Exact,
     Gated,
     HuberReweighted,
@@ -64,9 +67,12 @@ from .updates import (
 from .version import __version__
 
 __all__ = [
+    "CMAC",
+    "CMACTraining",
     "Capped",
     "ChangeDetection",
     "Column",
+    "Corrected",
     "Cubature",
     "Exact",
     "Fault",
@@ -86,6 +92,7 @@ __all__ = [
     "MaximumCorrentropy",
     "Nominal",
     "OnlineFilter",
+    "PerceptronTraining",
     "Recording",
     "RecursiveLeastSquares",
     "RecursiveTotalLeastSquares",
@@ -101,6 +108,7 @@ __all__ = [
     "Unscented",
     "WeightedLikelihood",
     "__version__",
+    "aided_filter",
     "adaptive_two_stage_unscented_kalman_filter",
     "augment",
     "continuous_model",
@@ -112,7 +120,9 @@ __all__ = [
     "identify",
     "iterated_extended_kalman_filter",
     "kalman_filter",
+    "learn_sensor_map",
     "linear_model",
+    "load_part",
     "log_likelihood",
     "make_log",
     "make_prior",
@@ -126,11 +136,13 @@ __all__ = [
     "run",
     "run_many",
     "samples_of",
+    "save_part",
     "scan",
     "sensor",
     "simulate",
     "smooth",
     "student_t_kalman_filter",
+    "train_aiding",
     "two_stage_extended_kalman_filter",
     "two_stage_kalman_filter",
     "two_stage_unscented_kalman_filter",
@@ -138,4 +150,5 @@ __all__ = [
     "verdict",
     "weighted_likelihood_kalman_filter",
     "with_faults",
+    "with_sensor_maps",
 ]

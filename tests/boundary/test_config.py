@@ -133,7 +133,7 @@ KEYS = {
     ),
     "prior/men": ({}, "prior.men: unknown key; did you mean 'mean'?"),
     "options/smoth": (True, "options.smoth: unknown key; did you mean 'smooth'?"),
-    "options/x": (True, "options.x: unknown key; known: gate, lag, reacquire, smooth, throw"),
+    "options/x": (True, "options.x: unknown key; known: aiding, gate, lag, reacquire, smooth, throw"),
 }
 
 

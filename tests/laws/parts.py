@@ -12,9 +12,12 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+import jax
 import jax.numpy as jnp
+import numpy as np
 
 import gainful as gf
+from gainful.aiding import SensorMap, SensorMappedModel, with_sensor_maps
 from gainful.estimates import AbstractEstimate, Friedland, TwoStage
 from gainful.faults import Fault, FaultModel, with_faults
 from gainful.filters import AbstractEstimator, GeneralizedLikelihoodRatio, InteractingMultipleModel
@@ -29,6 +32,17 @@ from gainful.linearization import (
 from gainful.models import AbstractModel
 from gainful.models.dynamics import AbstractDynamics, ContinuousDynamics, DiscreteDynamics, LinearDynamics
 from gainful.models.model import Model
+from gainful.networks import (
+    CMAC,
+    AbstractNetwork,
+    AbstractTraining,
+    AffineMap,
+    AffineTraining,
+    CMACTraining,
+    MultilayerPerceptron,
+    PerceptronTraining,
+    zero_map,
+)
 from gainful.noise import AbstractNoise, Capped, Scaled
 from gainful.regression import (
     AbstractRowNoise,
@@ -53,15 +67,21 @@ from gainful.spaces import (
 )
 from gainful.testing.cart import cart_model
 from gainful.updates import (
+    AbstractFeatures,
     AbstractUpdate,
     ChangeDetection,
     Considered,
+    Context,
+    Corrected,
     HuberReweighted,
+    InnovationHistory,
     InnovationScaling,
+    JoinedFeatures,
     MasreliezMartin,
     MaximumCorrentropy,
     StrongTracking,
     StudentT,
+    UpdateFeatures,
     WeightedLikelihood,
 )
 
@@ -98,6 +118,47 @@ LINEARIZATIONS: dict[type, list[AbstractLinearization]] = {
         MarginalSigmaPoints(GaussHermite(), "rao_blackwell"),
     ],
 }
+
+TRAININGS: dict[type, list[AbstractTraining]] = {
+    AffineTraining: [AffineTraining()],
+    CMACTraining: [
+        CMACTraining(levels=20, layers=4, least_visits=0),
+        CMACTraining(levels=20, layers=4, least_visits=0, groups=((0,), (1, 2)), method="ridge", compress="none"),
+        CMACTraining(levels=20, layers=4, least_visits=0, table="hashed", cells=64),
+    ],
+    PerceptronTraining: [
+        PerceptronTraining((3,), iterations=5),
+        PerceptronTraining((3, 2), method="sgd", epochs=1),
+    ],
+}
+
+
+def _trained(training: AbstractTraining) -> AbstractNetwork:
+    """A network of three inputs and two outputs that has learned something of no meaning."""
+    inputs = np.random.default_rng(4).normal(size=(150, 3))
+    return training(inputs, 0.02 * np.sin(inputs[:, :2]), key=jax.random.key(4))[0]
+
+
+def _one_of(network: AffineMap) -> AffineMap:
+    """The first output alone."""
+    return AffineMap(network.matrix[:1], network.offset[:1])
+
+
+NETWORKS: dict[type, list[AbstractNetwork]] = {
+    AffineMap: [_trained(each) for each in TRAININGS[AffineTraining]],
+    CMAC: [_trained(each) for each in TRAININGS[CMACTraining]],
+    MultilayerPerceptron: [_trained(each) for each in TRAININGS[PerceptronTraining]],
+}
+
+FEATURES: dict[type, list[AbstractFeatures]] = {
+    UpdateFeatures: [UpdateFeatures()],
+    InnovationHistory: [InnovationHistory(), InnovationHistory(leaks=(0.5,), square_leaks=())],
+    Context: [Context(("heading", "speed", "t"))],
+    JoinedFeatures: [JoinedFeatures((UpdateFeatures(), Context(("dt",))))],
+}
+
+_PLACE = Context(("x", "heading", "speed"))
+"""Features of any cart, with one sensor more or less."""
 
 UPDATES: dict[type, list[tuple[AbstractUpdate, AbstractUpdate]]] = {
     # With each the same update in the limit where it equals `Exact`.
@@ -138,6 +199,17 @@ UPDATES: dict[type, list[tuple[AbstractUpdate, AbstractUpdate]]] = {
         )
     ],
 }
+
+UPDATES[Corrected] = [
+    (
+        Corrected(NETWORKS[CMAC][0], _PLACE, gate=None, covariance=jnp.diag(jnp.array([0.01, 0.02])), least_visits=0.0),
+        Corrected(zero_map(3, 2), _PLACE, gate=None),
+    ),
+    (
+        Corrected(NETWORKS[AffineMap][0], _PLACE, feedback=True, covariance=jnp.eye(2)),
+        Corrected(zero_map(3, 2), _PLACE, feedback=True, gate=None),
+    ),
+]
 
 LIKE_HUBERS = (StudentT, MaximumCorrentropy, WeightedLikelihood)
 """Updates that share their steps with `HuberReweighted`."""
@@ -222,6 +294,13 @@ MODELS[RegressionModel] = [
     regression_model({"mass": "kg", "drag": "N s/m"}, ("a", "b"), unit="N", Q=[0.1, 0.0], R=0.04)
 ]
 
+MODELS[SensorMappedModel] = [
+    with_sensor_maps(
+        cart_model(),
+        [SensorMap("compass", ("x", "speed", "heading"), _one_of(NETWORKS[AffineMap][0]), jnp.asarray(0.05))],
+    )
+]
+
 ROW_NOISES: dict[type, list[AbstractRowNoise]] = {
     ConstantRowNoise: [ConstantRowNoise(0.1), ConstantRowNoise((0.1, 0.0, 0.2, 0.3))],
     RateRowNoise: [RateRowNoise(0.1, 2.0, 0.05)],
@@ -268,6 +347,9 @@ KINDS: dict[type, dict[type, list[Any]]] = {
     AbstractModel: MODELS,
     AbstractDynamics: DYNAMICS,
     AbstractRowNoise: ROW_NOISES,
+    AbstractTraining: TRAININGS,
+    AbstractNetwork: NETWORKS,
+    AbstractFeatures: FEATURES,
 }
 
 _WITHOUT_PARTS = {"cli", "config", "io", "jobs", "live", "report", "testing"}

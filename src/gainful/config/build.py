@@ -13,6 +13,7 @@ from typing import Any
 
 import jax
 
+from ..aiding import SensorMap, aided_filter, with_sensor_maps
 from ..errors import ConfigError, GainfulError, did_you_mean
 from ..estimates import Gaussian
 from ..faults import (
@@ -30,16 +31,17 @@ from ..faults import (
     with_faults,
 )
 from ..filters import AbstractEstimator
+from ..io import load_part
 from ..models import AbstractModel, augment, continuous_model, discrete_model, sensor
 from ..plants import CATALOGUE
 from ..running import Log, make_prior
-from ..updates import AbstractUpdate, Gated
+from ..updates import AbstractUpdate, Corrected, Gated
 from .files import load_python, own_failures
 from .parameters import bounds_of, extended_prior, watching, with_parameters
 from .parts import make_filter, make_part, single_filter
 from .schema import EstimateConfig, FaultSection, InjectSection, ModelSection, Signals
 
-_ALWAYS = {"augment"}
+_ALWAYS = {"augment", "sensor_maps"}
 _CALLED = {"arguments"}
 _FUNCTIONS = {"kind", "f", "h", "states", "outputs", "inputs", "Q", "R", "G", "sensors", "parameters", "substeps"}
 
@@ -49,7 +51,7 @@ def build_model(section: ModelSection, base: Path) -> AbstractModel:
 
     Args:
         section: of the configuration.
-        base: folder that the model's file is relative to.
+        base: folder that the model's file and the maps of its sensors are relative to.
 
     Raises:
         ConfigError: no such file, function or catalogue model, a file that fails when run, or functions and matrices of
@@ -57,20 +59,25 @@ def build_model(section: ModelSection, base: Path) -> AbstractModel:
     """
     with _blamed("model"):
         model = _bare_model(section, base)
+        if section.sensor_maps:
+            maps = [load_part(base / file, model=model, kind=SensorMap) for file in section.sensor_maps]
+            model = with_sensor_maps(model, maps)
         if section.augment is None:
             return model
         return augment(model, biases=section.augment.biases)
 
 
-def build_filter(config: EstimateConfig, model: AbstractModel) -> AbstractEstimator:
-    """The filter of a configuration: with its update, gated where the options ask for it, watching the parameters.
+def build_filter(config: EstimateConfig, model: AbstractModel, base: Path | None = None) -> AbstractEstimator:
+    """The filter of a configuration: with its update, gated and aided where the options ask for it, watching the parameters.
 
     Args:
         config: the configuration.
         model: with the parameters and faults of the configuration.
+        base: folder that the file of a trained correction is relative to; the working folder by default.
 
     Raises:
         ConfigError: an unknown part or option, or options for a single filter where there are several.
+        DataError: a correction that cannot be read, or was trained on other signals.
     """
     chosen = make_filter(config.filter)
     if config.update is not None:
@@ -85,6 +92,10 @@ def build_filter(config: EstimateConfig, model: AbstractModel) -> AbstractEstima
         except ConfigError as problem:
             raise ConfigError(f"options: {str(problem).replace('probability', 'gate', 1)}") from problem
         chosen = dataclasses.replace(chosen, update=gated)
+    if config.options.aiding:
+        chosen = single_filter(chosen, "options.aiding", " to aid")
+        file = (base or Path()) / config.options.aiding
+        chosen = aided_filter(chosen, load_part(file, model=model, kind=Corrected))
     return watching(chosen, model, config.parameters)
 
 

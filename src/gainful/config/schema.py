@@ -88,6 +88,7 @@ class ModelSection:
         parameters: values the functions reach as `p`.
         substeps: Runge-Kutta steps per interval, for continuous models.
         augment: biases estimated as states.
+        sensor_maps: files of learned sensor errors, relative to the configuration.
     """
 
     __pydantic_config__: ClassVar[dict[str, Any]] = _STRICT
@@ -109,6 +110,7 @@ class ModelSection:
     parameters: dict[str, float] = dataclasses.field(default_factory=dict)
     substeps: int = 1
     augment: AugmentSection | None = None
+    sensor_maps: list[str] = dataclasses.field(default_factory=list)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -208,6 +210,7 @@ class OptionsSection:
         lag: smooth with what was measured until so many seconds after each row only.
         gate: share of good measurements that pass a chi-square gate, such as 0.999; no gate if absent.
         reacquire: rejections in a row before a gated sensor is believed again.
+        aiding: file of a trained correction of the estimates, relative to the configuration.
         throw: stop at the first failed step; otherwise carry the last good estimate on and say so.
     """
 
@@ -217,6 +220,7 @@ class OptionsSection:
     lag: float | None = None
     gate: float | None = None
     reacquire: int = 10
+    aiding: str = ""
     throw: bool = True
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from ..errors import Status
 from ..running import Result
 from .accuracy import coverage
+from .aiding import aiding_use
 from .consistency import ConsistencyTest, nees_test, nis_test
 from .learning import learned
 from .rows import failed_rows, innovations_of
@@ -87,7 +88,7 @@ def verdict(result: Result, level: float = 0.99) -> Verdict:
         problems.append(f"{failed.sum()} of {rows} rows failed, first at t = {result.t[k]:.6g} s: {why}")
     consistent = False if problems else checks[0].passed
     facts = (*_band_facts(bands), *_count_facts(result, rows), *_bias_facts(checks))
-    told = [each.warning for each in (*weighing(result), *learned(result)) if each.warning]
+    told = [each.warning for each in (*weighing(result), *learned(result), *aiding_use(result)) if each.warning]
     return Verdict(consistent, tuple(checks), facts, tuple(problems), (*result.warnings, *told))
 
 

@@ -77,7 +77,8 @@ class KalmanFilter(AbstractEstimator):
         """A step, and what its update did."""
         when, last = sample.when, carry.estimate
         process = self.process_noise(model, carry, sample)
-        moved = last.push(self._map(model, carry, sample).plus_noise(process))
+        transition = self._map(model, carry, sample)
+        moved = last.push(transition.plus_noise(process))
         # Without an interval the prediction is the estimate itself, to the last bit.
         prior = jax.tree.map(lambda new, old: jnp.where(when.dt > 0, new, old), moved, last)
         noise = self.noise.measurement(carry.noise, model.measurement_noise(prior.mean, when))
@@ -89,6 +90,8 @@ class KalmanFilter(AbstractEstimator):
             process,
             model.sensors,
             self.linearization,
+            when=when,
+            transition=transition,
         )
         memory, update = self.update(carry.update, prior, likelihood, sample.y)
         innovation, posterior = update.innovation, update.posterior
@@ -108,5 +111,9 @@ class KalmanFilter(AbstractEstimator):
             (memory, self.noise.learn(carry.noise, update)),
             (carry.update, carry.noise),
         )
-        info = Info.of(estimate, learned, innovation, update.weight, status)
+        told = self.update.reported(learned[0], estimate)
+        if told is not estimate:
+            # After a step that could not be used the memory is an older one, and says nothing of this estimate.
+            told = jax.tree.map(lambda new, old: jnp.where(usable, new, old), told, estimate)
+        info = Info.of(told, learned, innovation, update.weight, status)
         return Carry(estimate, *learned), info, update

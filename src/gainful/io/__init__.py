@@ -1,5 +1,6 @@
 """Records in, results out."""
 
+from .artefacts import load_part, save_part
 from .equation_units import parameter_units
 from .recordings import Resample, read_recording
 from .records import read_log
@@ -16,9 +17,11 @@ __all__ = [
     "Table",
     "check_folder",
     "convert",
+    "load_part",
     "parameter_units",
     "read_log",
     "read_recording",
     "read_table",
+    "save_part",
     "whole_folder",
 ]

@@ -12,6 +12,7 @@ from typing import Any
 
 import jax
 
+from ..aiding import unaided_filter
 from ..config import (
     EstimateConfig,
     build_faults,
@@ -88,7 +89,7 @@ def estimate(
     config = load_config(path)
     model = build_faults(config, build_parameters(config, build_model(config.model, path.parent)))
     prior = build_prior(config, model)
-    chosen = build_filter(config, model)
+    chosen = build_filter(config, model, path.parent)
     log = build_injections(config, read_log(model, config.data, path.parent), model)
     if folder is not None:
         check_folder(Path(folder))
@@ -186,7 +187,7 @@ def _write(job: EstimateJob, path: Path) -> None:
         "title": job.title,
         "gainful_version": __version__,
         "config": path.read_text(encoding="utf-8"),
-        "filter": json.dumps(dump_part(result.estimator)),
+        "filter": json.dumps(dump_part(unaided_filter(result.estimator))),
         "verdict": str(job.verdict),
     }
     judgement = {True: "good", False: "bad", None: "unknown"}[job.verdict.consistent]

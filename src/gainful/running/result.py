@@ -10,11 +10,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import scipy.special
+from jaxtyping import Float
 
 from ..errors import MissingExtraError, Status
 from ..estimates import AbstractEstimate
 from ..filters import AbstractEstimator
 from ..models import AbstractModel
+from ..spaces import AbstractSpace
 from .log import Log
 
 
@@ -122,21 +124,8 @@ class Result:
 
     def error(self) -> np.ndarray:
         """Truth minus estimate in tangent coordinates, NaN where there is no truth (T, dof)."""
-        names, truth = self.model.space.names, self.log.truth
-        out, i = [], 0
-        for part in self.model.space.parts:
-            columns = np.stack(
-                [truth.get(name, np.full(len(self.t), np.nan)) for name in names[i : i + part.size]], axis=1
-            )
-            here = jnp.asarray(self.mean[:, i : i + part.size])
-            if part.size != part.dof:
-                valid = np.isfinite(columns).all(axis=1, keepdims=True)
-                difference = np.asarray(jax.vmap(part.minus)(jnp.where(valid, columns, here), here))
-                out.append(np.where(valid, difference, np.nan))
-            else:
-                out.append(np.asarray(jax.vmap(part.minus)(jnp.asarray(columns), here)))
-            i += part.size
-        return np.concatenate(out, axis=1)
+        names, none = self.model.space.names, np.full(len(self.t), np.nan)
+        return apart(self.model.space, np.stack([self.log.truth.get(name, none) for name in names], axis=1), self.mean)
 
     def counts(self) -> dict[str, int]:
         """How many rows ended in each status, by its name."""
@@ -190,3 +179,20 @@ class Result:
         kind = "smoothed" if self.smoothed else "filtered"
         legend = ", ".join(f"{status.value} {status.name}" for status in Status)
         return xr.Dataset(data, coordinates, {"estimates": kind, "status_codes": legend} | (attributes or {}))
+
+
+def apart(
+    space: AbstractSpace, truth: Float[np.ndarray, "T size"], mean: Float[np.ndarray, "T size"]
+) -> Float[np.ndarray, "T dof"]:
+    """Truth minus estimate in tangent coordinates, NaN where there is no truth."""
+    out, i = [], 0
+    for part in space.parts:
+        columns, here = truth[:, i : i + part.size], jnp.asarray(mean[:, i : i + part.size])
+        if part.size != part.dof:
+            valid = np.isfinite(columns).all(axis=1, keepdims=True)
+            difference = np.asarray(jax.vmap(part.minus)(jnp.where(valid, columns, here), here))
+            out.append(np.where(valid, difference, np.nan))
+        else:
+            out.append(np.asarray(jax.vmap(part.minus)(jnp.asarray(columns), here)))
+        i += part.size
+    return np.concatenate(out, axis=1)

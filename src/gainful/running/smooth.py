@@ -14,6 +14,7 @@ from ..errors import ConfigError, ModelError, Status
 from ..estimates import AbstractEstimate
 from ..filters import KalmanFilter
 from ..models import AbstractModel, Sample
+from ..updates import AbstractUpdate, Corrected
 from .backward import backward_map, neighbours, revised, with_last
 from .compiled import compiled_call
 from .fixed_lag import lagged
@@ -39,7 +40,7 @@ def smooth(result: Result, *, lag: float | None = None) -> Result:
             leaves the filter's estimates. Costs one pass over the record per row within the lag.
 
     Raises:
-        ModelError: the result was not made by a Kalman filter, or is smoothed already.
+        ModelError: the result was not made by a Kalman filter, was corrected by a network, or is smoothed already.
         ConfigError: a lag below 0.
 
     Source: Rauch, Tung and Striebel (1965), AIAA J. 3(8):1445-1450; Sarkka (2008), IEEE Trans. Autom. Control
@@ -49,6 +50,11 @@ def smooth(result: Result, *, lag: float | None = None) -> Result:
     if not isinstance(result.estimator, KalmanFilter):
         raise ModelError(
             f"smooth: expected the result of a Kalman filter, got one of {type(result.estimator).__name__}"
+        )
+    if _is_corrected(result.estimator.update):
+        raise ModelError(
+            "smooth: the estimates were corrected by a network, which the smoother knows nothing of; smooth the filter "
+            "without it"
         )
     if result.smoothed:
         raise ModelError("smooth: the result is smoothed already")
@@ -66,6 +72,11 @@ def smooth(result: Result, *, lag: float | None = None) -> Result:
     estimates = jax.block_until_ready(estimates)
     timing = Timing(compile_seconds, time.perf_counter() - begin - compile_seconds)
     return dataclasses.replace(result, estimates=estimates, timing=timing, filtered=result, lag=lag)
+
+
+def _is_corrected(update: AbstractUpdate) -> bool:
+    parts = jax.tree.leaves(update, is_leaf=lambda part: isinstance(part, Corrected))
+    return any(isinstance(part, Corrected) for part in parts)
 
 
 def _smooth(

@@ -72,7 +72,7 @@ def _act(
     noise = model.measurement_noise(prior.mean, when)
     process = model.process_noise(prior.mean, when)
     likelihood = Likelihood(
-        lambda x: model.observe(x, when), model.output, noise, seen, process, model.sensors, Taylor()
+        lambda x: model.observe(x, when), model.output, noise, seen, process, model.sensors, Taylor(), when=when
     )
     return update(memory, prior, likelihood, y)
 

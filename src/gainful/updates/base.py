@@ -11,7 +11,7 @@ from jaxtyping import Array, Bool, Float
 
 from ..estimates import AbstractEstimate, Affine, Innovation
 from ..linearization import AbstractLinearization
-from ..models import AbstractModel
+from ..models import AbstractModel, Instant
 from ..spaces import AbstractSpace
 
 
@@ -27,6 +27,8 @@ class Likelihood(eqx.Module):
         sensors: name and degrees of freedom of each sensor.
         linearization: turns `fn` into an affine map.
         around: where to linearise; at the prior if None.
+        when: the moment of the measurement; None where nobody told.
+        transition: the map without noise that led from the last estimate to the prior, likewise.
     """
 
     fn: Callable[[Float[Array, " size"]], Float[Array, " output_size"]]
@@ -37,6 +39,8 @@ class Likelihood(eqx.Module):
     sensors: tuple[tuple[str, int], ...] = eqx.field(static=True)
     linearization: AbstractLinearization
     around: AbstractEstimate | None = None
+    when: Instant | None = None
+    transition: Affine | None = None
 
     def affine(self, prior: AbstractEstimate) -> Affine:
         """The map with its noise, unseen components cut off."""
@@ -103,3 +107,7 @@ class AbstractUpdate(eqx.Module):
         The smoother asks for it: what was added before the update belongs to the map that led there.
         """
         return None
+
+    def reported(self, carry: Any, estimate: AbstractEstimate) -> AbstractEstimate:
+        """The estimate a reader should see in place of the filter's own, given what it remembers; itself by default."""
+        return estimate

@@ -109,6 +109,9 @@ class ChangeDetection(AbstractUpdate):
     ) -> Float[Array, "dof dof"] | None:
         return self.inner.added(carry.inner, prior, process)
 
+    def reported(self, carry: Changes, estimate: AbstractEstimate) -> AbstractEstimate:
+        return self.inner.reported(carry.inner, estimate)
+
     def __call__(
         self, carry: Changes, prior: AbstractEstimate, likelihood: Likelihood, y: Float[Array, " output_size"]
     ) -> tuple[Changes, Update]:

@@ -61,6 +61,9 @@ class Gated(AbstractUpdate):
     ) -> Float[Array, "dof dof"] | None:
         return self.inner.added(carry[1], prior, process)
 
+    def reported(self, carry: tuple[Int[Array, " groups"], object], estimate: AbstractEstimate) -> AbstractEstimate:
+        return self.inner.reported(carry[1], estimate)
+
     def __call__(
         self,
         carry: tuple[Int[Array, " groups"], object],

@@ -125,6 +125,9 @@ class InnovationScaling(AbstractUpdate):
         extra = excess(carry.process.astype(process.dtype), process)
         return with_inner(extra, self.inner, carry.inner, prior, process)
 
+    def reported(self, carry: Scaling, estimate: AbstractEstimate) -> AbstractEstimate:
+        return self.inner.reported(carry.inner, estimate)
+
     def __call__(
         self, carry: Scaling, prior: AbstractEstimate, likelihood: Likelihood, y: Float[Array, " output_size"]
     ) -> tuple[Scaling, Update]:

@@ -42,6 +42,9 @@ class Iterated(AbstractUpdate):
     ) -> Float[Array, "dof dof"] | None:
         return self.inner.added(carry, prior, process)
 
+    def reported(self, carry: object, estimate: AbstractEstimate) -> AbstractEstimate:
+        return self.inner.reported(carry, estimate)
+
     def __call__(
         self, carry: object, prior: AbstractEstimate, likelihood: Likelihood, y: Float[Array, " output_size"]
     ) -> tuple[object, Update]:

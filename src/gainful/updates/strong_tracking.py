@@ -75,6 +75,9 @@ class StrongTracking(AbstractUpdate):
         extra = (carry.factor - 1.0).astype(process.dtype) * _carried(prior, process)
         return with_inner(extra, self.inner, carry.inner, prior, process)
 
+    def reported(self, carry: Fading, estimate: AbstractEstimate) -> AbstractEstimate:
+        return self.inner.reported(carry.inner, estimate)
+
     def __call__(
         self, carry: Fading, prior: AbstractEstimate, likelihood: Likelihood, y: Float[Array, " output_size"]
     ) -> tuple[Fading, Update]:
