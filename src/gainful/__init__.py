@@ -31,7 +31,7 @@ from .io import Column, LocalFrame, Source, read_log
 from .linearization import Cubature, GaussHermite, MarginalSigmaPoints, SigmaPoints, Taylor, Unscented
 from .live import OnlineFilter
 from .models import augment, continuous_model, discrete_model, linear_model, sensor
-from .noise import Capped, Nominal, Scaled
+from .noise import Capped, InnovationMatching, Nominal, SageHusa, Scaled
 from .regression import RecursiveLeastSquares, RecursiveTotalLeastSquares, regression_model
 from .running import (
     Log,
@@ -58,6 +58,8 @@ from .updates import (
     MaximumCorrentropy,
     StrongTracking,
     StudentT,
+    VariationalCovariances,
+    VariationalNoise,
     WeightedLikelihood,
 )
 from .version import __version__
@@ -74,6 +76,7 @@ __all__ = [
     "Gaussian",
     "GeneralizedLikelihoodRatio",
     "HuberReweighted",
+    "InnovationMatching",
     "InnovationScaling",
     "InteractingMultipleModel",
     "Iterated",
@@ -88,6 +91,7 @@ __all__ = [
     "RecursiveLeastSquares",
     "RecursiveTotalLeastSquares",
     "Result",
+    "SageHusa",
     "Scaled",
     "SigmaPoints",
     "Source",
@@ -97,6 +101,8 @@ __all__ = [
     "Taylor",
     "TwoStage",
     "Unscented",
+    "VariationalCovariances",
+    "VariationalNoise",
     "WeightedLikelihood",
     "__version__",
     "adaptive_two_stage_unscented_kalman_filter",

@@ -1,6 +1,7 @@
 """Whether estimates and their uncertainties can be believed."""
 
 from .accuracy import coverage, rmse
+from .adaptation import Adaptation, adaptations
 from .consistency import ConsistencyTest, nees_test, nis_test
 from .cost import StepCost, step_cost, step_seconds
 from .learning import Change, Learned, changes, learned
@@ -11,6 +12,7 @@ from .weights import Weighing, weighing
 from .whiteness import WhitenessTest, ljung_box, whiteness_tests
 
 __all__ = [
+    "Adaptation",
     "Change",
     "ConsistencyTest",
     "Learned",
@@ -19,6 +21,7 @@ __all__ = [
     "Verdict",
     "Weighing",
     "WhitenessTest",
+    "adaptations",
     "changes",
     "chi_square_bounds",
     "coverage",

@@ -67,9 +67,9 @@ def changes(result: Result) -> tuple[Change, ...]:
         result: of a run, or a smoothed one.
     """
     found = result if result.filtered is None else result.filtered
-    watchers = _all(found.estimator, ChangeDetection)
+    watchers = parts_of(found.estimator, ChangeDetection)
     out = []
-    for watcher, memory in zip(watchers, _all(found.memories, Changes), strict=True):
+    for watcher, memory in zip(watchers, parts_of(found.memories, Changes), strict=True):
         alarm = np.asarray(memory.alarm)
         for k, name in enumerate(watcher.jumps):
             out += [Change(name, float(found.t[i]), bool(alarm[i, k] > 0)) for i in np.flatnonzero(alarm[:, k])]
@@ -108,7 +108,8 @@ def state_names(space: AbstractSpace) -> dict[str, str]:
     return out
 
 
-def _all(tree: Any, kind: type) -> list[Any]:
+def parts_of(tree: Any, kind: type) -> list[Any]:
+    """The parts of a kind in a tree, in order."""
     return [
         leaf for leaf in jax.tree.leaves(tree, is_leaf=lambda each: isinstance(each, kind)) if isinstance(leaf, kind)
     ]

@@ -13,6 +13,8 @@ from .iterated import Iterated
 from .robust import MasreliezMartin
 from .strong_tracking import StrongTracking
 from .student_t import StudentT
+from .variational_covariances import VariationalCovariances
+from .variational_noise import VariationalNoise
 from .weighted_likelihood import WeightedLikelihood
 
 __all__ = [
@@ -31,6 +33,8 @@ __all__ = [
     "StrongTracking",
     "StudentT",
     "Update",
+    "VariationalCovariances",
+    "VariationalNoise",
     "WeightedLikelihood",
     "huber_fisher_information",
     "huber_psi",
