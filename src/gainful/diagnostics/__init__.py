@@ -2,9 +2,11 @@
 
 from .accuracy import coverage, rmse
 from .adaptation import Adaptation, adaptations
+from .advice import NoiseAdvice, noise_advice
 from .consistency import ConsistencyTest, nees_test, nis_test
 from .cost import StepCost, step_cost, step_seconds
 from .learning import Change, Learned, changes, learned
+from .mistuned import MistunedError, innovation_lag_bound, stationary_mistuned_error
 from .observability import Observability, observability
 from .squares import chi_square_bounds, nees
 from .verdict import Verdict, verdict
@@ -16,6 +18,8 @@ __all__ = [
     "Change",
     "ConsistencyTest",
     "Learned",
+    "MistunedError",
+    "NoiseAdvice",
     "Observability",
     "StepCost",
     "Verdict",
@@ -25,13 +29,16 @@ __all__ = [
     "changes",
     "chi_square_bounds",
     "coverage",
+    "innovation_lag_bound",
     "learned",
     "ljung_box",
     "nees",
     "nees_test",
     "nis_test",
+    "noise_advice",
     "observability",
     "rmse",
+    "stationary_mistuned_error",
     "step_cost",
     "step_seconds",
     "verdict",
