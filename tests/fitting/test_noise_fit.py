@@ -10,7 +10,7 @@ import gainful as gf
 from gainful.filters import AbstractEstimator
 from gainful.noise import Capped, Scaled, with_scaled_noise
 from gainful.running.fitting.entries import noise_entries, typical_noise
-from gainful.running.fitting.likelihood import Outliers, Problem
+from gainful.running.fitting.problem import Outliers, Problem
 from gainful.running.fitting.records import make_records
 
 STEP = 10.0  # s

@@ -5,15 +5,20 @@ from .faults import FaultFindings, fault_rows_of
 from .parameters import parameter_rows
 from .starter import write_starter
 from .study import StudyJob, run_study
+from .tune import TuneJob, likelihood_rows, noise_rows, tune
 
 __all__ = [
     "EstimateJob",
     "FaultFindings",
     "StudyJob",
+    "TuneJob",
     "estimate",
     "fault_rows_of",
+    "likelihood_rows",
+    "noise_rows",
     "parameter_rows",
     "run_study",
     "state_rows",
+    "tune",
     "write_starter",
 ]

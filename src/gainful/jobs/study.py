@@ -89,7 +89,7 @@ def _write(job: StudyJob, folder: Path) -> None:
         ("Made with", f"gainful {__version__}, JAX {jax.__version__}, Python {sys.version.split()[0]}"),
     ]
     with whole_folder(folder) as scratch:
-        text = json.dumps(_plain(_summary(job)), indent=1, ensure_ascii=False, allow_nan=False)
+        text = json.dumps(plain(_summary(job)), indent=1, ensure_ascii=False, allow_nan=False)
         (scratch / "results.json").write_text(text + "\n", encoding="utf-8")
         _runs_table(outcome).to_parquet(scratch / "results.parquet")
         _figures_table(figures).to_parquet(scratch / "figures.parquet")
@@ -144,15 +144,15 @@ def _summary(job: StudyJob) -> dict[str, Any]:
     }
 
 
-def _plain(tree: Any) -> Any:
+def plain(tree: Any) -> Any:
     """The same in what JSON has: NaN becomes null, infinities become words."""
     if isinstance(tree, Measured):
         interval = {"value": tree.value, "low": tree.low, "high": tree.high}
-        return _plain(interval | {"unit": tree.unit, "runs": tree.runs} | ({"note": tree.note} if tree.note else {}))
+        return plain(interval | {"unit": tree.unit, "runs": tree.runs} | ({"note": tree.note} if tree.note else {}))
     if isinstance(tree, dict):
-        return {key: _plain(value) for key, value in tree.items()}
+        return {key: plain(value) for key, value in tree.items()}
     if isinstance(tree, (list, tuple)):
-        return [_plain(value) for value in tree]
+        return [plain(value) for value in tree]
     if tree is None or isinstance(tree, (str, bool, int)):
         return tree
     number = float(tree)

@@ -18,8 +18,9 @@ from ...models import Sample
 from ..backward import backward_map, neighbours, revised, with_last
 from ..compiled import compiled_call
 from .entries import NoiseEntry
-from .likelihood import Problem, Search, scaled_run
+from .problem import Problem, scaled_run
 from .records import padded
+from .search import Search
 
 
 def by_expectation(problem: Problem, bounds: tuple[float, float], iterations: int, tolerance: float = 1e-6) -> Search:

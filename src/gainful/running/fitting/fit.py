@@ -13,12 +13,15 @@ from ...estimates import AbstractEstimate
 from ...filters import AbstractEstimator
 from ...models import AbstractModel
 from ..log import Log
+from ..run import run
 from .entries import Names, noise_entries, typical_noise
 from .expectation import by_expectation
-from .likelihood import FAILED, Outliers, Problem, Search, by_likelihood, curvature, upper_limit
+from .likelihood import by_likelihood, curvature, upper_limit
 from .moments import by_moments
 from .noise_fit import FittedEntry, NoiseFit, relative_errors
+from .problem import Outliers, Problem
 from .records import make_records
+from .search import Search
 from .truth import by_truth
 
 METHODS = ("ml", "em", "moments", "truth")
@@ -74,7 +77,7 @@ def fit_noise(
 
     Raises:
         ConfigError: an argument that is no such thing, or a method that the model or the records cannot have.
-        NumericalError: the filter fails with the noise it starts from.
+        NumericalError: the filter fails with the noise it starts from, or its likelihood has no derivative.
         ShapeError, CovarianceError, ModelError, DataError: parts that do not fit each other.
 
     Example:
@@ -93,9 +96,11 @@ def fit_noise(
     problem = Problem(estimator, model, entries, records, Outliers.none(model.output.dof))
     bounds, origin = (math.log(floor), math.log(ceiling)), np.zeros(len(entries))
     problem.scaled(origin)
-    if problem.fitted_loss(origin)[0] >= FAILED:
+    if not np.isfinite(problem.loss(origin)[1]).all():
+        for record in records:
+            run(estimator, model, record.prior, record.log)  # which says where and why it fails
         raise NumericalError(
-            "fit_noise: the filter fails with the noise it starts from; run it along the record to see where and why"
+            "fit_noise: the likelihood has no derivative in the noise; abs, sqrt and norm in the model have none at 0"
         )
     problem = problem.allowing_for(contamination)
     rng = np.random.default_rng(seed)

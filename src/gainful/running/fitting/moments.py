@@ -16,8 +16,9 @@ from ...linalg import stationary_gain
 from ...models import AbstractModel, Instant, Sample
 from ..compiled import compiled_call
 from .entries import TypicalNoise
-from .likelihood import Problem, Search
+from .problem import Problem
 from .records import Record
+from .search import Search
 
 LAGS = 15
 """Autocovariances that are matched."""

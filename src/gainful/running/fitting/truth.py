@@ -15,8 +15,9 @@ from ...estimates import AbstractEstimate
 from ...models import Sample
 from ...spaces import AbstractSpace
 from ..compiled import compiled_call
-from .likelihood import FAILED, Problem, Search, keeping, scaled_run
+from .problem import FAILED, Problem, scaled_run
 from .records import Record
+from .search import Search, keeping
 
 
 def by_truth(problem: Problem, bounds: tuple[float, float], iterations: int) -> Search:
