@@ -94,7 +94,7 @@ def innovation_lag_bound(F: Any, H: Any, K: Any, Q: Any, R: Any, lags: int) -> F
 
     Example:
         >>> [innovation_lag_bound([[1.0]], [[1.0]], [[0.9]], [[1.0]], [[1.0]], n).round(3).item() for n in (1, 20)]
-        [0.654, 0.618]
+        [0.646, 0.618]
     """
     if isinstance(lags, bool) or not isinstance(lags, int) or lags < 1:
         raise ConfigError(f"lags: expected a whole number of at least 1, got {lags!r}")

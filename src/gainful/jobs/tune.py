@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -69,7 +69,6 @@ def tune(
     skip: int = 0,
     floor: float = 1e-3,
     contamination: float | None = None,
-    started: Callable[[int], None] | None = None,
 ) -> TuneJob:
     """Fit the noise of a configuration of `gainful estimate` to its record.
 
@@ -84,7 +83,6 @@ def tune(
         skip: measured rows at the start that count for nothing.
         floor: smallest factor on a standard deviation.
         contamination: share of readings that may be outliers, see `fit_noise`.
-        started: called with the number of rows before the search.
 
     Raises:
         ConfigError: the configuration is not valid, or an argument is no such thing.
@@ -97,8 +95,6 @@ def tune(
     log = build_injections(config, read_log(model, config.data, path.parent), model)
     if folder is not None:
         check_folder(Path(folder))
-    if started is not None:
-        started(len(log))
     typical = typical_noise(model, prior, log)
     process, measurement = _chosen(model, typical, only, freeze)
     before = run(chosen, model, prior, log, throw=config.options.throw)
