@@ -9,6 +9,7 @@ import numpy as np
 from ..errors import Status
 from ..running import Result
 from .accuracy import coverage
+from .adaptation import adaptations
 from .aiding import aiding_use
 from .consistency import ConsistencyTest, nees_test, nis_test
 from .learning import learned
@@ -31,7 +32,8 @@ class Verdict:
         checks: every check made, whatever came of it.
         facts: counts and shares worth knowing.
         problems: what is wrong, in words; empty unless `consistent` is False.
-        warnings: of the run; signals that the filter no longer follows, and parameters of which nothing was learned.
+        warnings: of the run; signals that the filter no longer follows, parameters of which nothing was learned, noise that
+            was given up.
     """
 
     consistent: bool | None
@@ -88,7 +90,8 @@ def verdict(result: Result, level: float = 0.99) -> Verdict:
         problems.append(f"{failed.sum()} of {rows} rows failed, first at t = {result.t[k]:.6g} s: {why}")
     consistent = False if problems else checks[0].passed
     facts = (*_band_facts(bands), *_count_facts(result, rows), *_bias_facts(checks))
-    told = [each.warning for each in (*weighing(result), *learned(result), *aiding_use(result)) if each.warning]
+    causes = (*weighing(result), *learned(result), *adaptations(result), *aiding_use(result))
+    told = [each.warning for each in causes if each.warning]
     return Verdict(consistent, tuple(checks), facts, tuple(problems), (*result.warnings, *told))
 
 
