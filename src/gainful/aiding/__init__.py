@@ -4,7 +4,7 @@ from .aided import aided_filter, unaided_filter
 from .gates import validation_gate
 from .map_learning import SensorMapReport, learn_sensor_map
 from .report import AidingReport
-from .sensor_maps import SensorMap, SensorMappedModel, with_sensor_maps
+from .sensor_maps import SensorMap, SensorMappedModel, unmapped, with_sensor_maps
 from .teachers import Smoother
 from .training import train_aiding
 
@@ -18,6 +18,7 @@ __all__ = [
     "learn_sensor_map",
     "train_aiding",
     "unaided_filter",
+    "unmapped",
     "validation_gate",
     "with_sensor_maps",
 ]

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
@@ -131,6 +133,19 @@ def with_sensor_maps(model: AbstractModel, maps: Sequence[SensorMap]) -> SensorM
         input_units=model.input_units,
         parameters=model.parameters,
     )
+
+
+def unmapped(model: AbstractModel) -> AbstractModel:
+    """The model with its sensors taken at their word again.
+
+    Args:
+        model: with or without maps, itself or under further states.
+    """
+
+    def bare(part: Any) -> Any:
+        return part.base if isinstance(part, SensorMappedModel) else part
+
+    return jax.tree.map(bare, model, is_leaf=lambda part: isinstance(part, SensorMappedModel))
 
 
 def check_signal(signal: str, model: AbstractModel) -> int:

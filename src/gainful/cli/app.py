@@ -9,14 +9,15 @@ from typing import Annotated
 import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from ..jobs import EstimateJob, StudyJob, estimate, identify_log, run_study, write_starter
+from ..jobs import EstimateJob, StudyJob, estimate, run_study, write_starter
 from ..studies import STUDIES, Study
 from ..version import __version__
 from .findings import print_findings, print_studies
-from .identification import print_identification
+from .identification import identify_command
 from .messages import error_console as _error
 from .messages import messages as _messages
 from .summary import print_summary
+from .train_aiding import train_aiding_command
 from .tune import tune_command
 
 PROGRESS_ROWS = 50_000
@@ -30,7 +31,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-app.command("tune")(tune_command)
 
 
 def _version(show: bool) -> None:
@@ -73,17 +73,9 @@ def _with_progress(config: Path, out: Path) -> EstimateJob:
         return estimate(config, out, started=started, progress=lambda done: bar.update(task, completed=done))
 
 
-@app.command("identify")
-def identify_command(
-    config: Annotated[Path, typer.Argument(help="Configuration file (TOML): signals, an equation, a log.")],
-    out: Annotated[
-        Path | None, typer.Option("--out", "-o", help="Folder for report.html, identification.json and rows.parquet.")
-    ] = None,
-) -> None:
-    """Find the parameters of an equation in a log: with intervals, methods side by side, and a check on rows kept back."""
-    with _messages():
-        job = identify_log(config, out or Path("out") / config.stem)
-    print_identification(job)
+app.command("tune")(tune_command)
+app.command("train-aiding")(train_aiding_command)
+app.command("identify")(identify_command)
 
 
 @app.command("study")

@@ -1,15 +1,32 @@
-"""The terminal summary of an identification."""
+"""`gainful identify`: its options and its summary."""
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Annotated
+
+import typer
 from rich.console import Console
 from rich.text import Text
 
-from ..jobs import IdentifyJob
+from ..jobs import IdentifyJob, identify_log
 from ..jobs.identify import FILES, method_table, parameter_table
 from .findings import numbers_table
+from .messages import messages
 
 _STYLE = {"good": "green", "bad": "red", "unknown": "yellow"}
+
+
+def identify_command(
+    config: Annotated[Path, typer.Argument(help="Configuration file (TOML): signals, an equation, a log.")],
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Folder for report.html, identification.json and rows.parquet.")
+    ] = None,
+) -> None:
+    """Find the parameters of an equation in a log: with intervals, methods side by side, and a check on rows kept back."""
+    with messages():
+        job = identify_log(config, out or Path("out") / config.stem)
+    print_identification(job)
 
 
 def print_identification(job: IdentifyJob, console: Console | None = None) -> None:

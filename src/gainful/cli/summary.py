@@ -9,9 +9,9 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from ..diagnostics import weighing
+from ..diagnostics import aiding_use, weighing
 from ..errors import Status
-from ..jobs import EstimateJob, fault_rows_of, parameter_rows, state_rows
+from ..jobs import EstimateJob, aiding_gain_rows, fault_rows_of, parameter_rows, state_rows
 
 VERDICT_STYLE = {True: "green", False: "yellow", None: "cyan"}
 
@@ -25,6 +25,11 @@ def print_summary(job: EstimateJob, console: Console | None = None) -> None:
     parameters = parameter_rows(job.result)
     if parameters[1]:
         console.print(table_of("parameters", *parameters))
+    aiding = aiding_gain_rows(job)
+    if aiding[1]:
+        console.print(table_of("what aiding changed", *aiding))
+    for each in aiding_use(job.result):
+        console.print(Text(f"the network was let through in {100 * each.passed:.1f} % of the measured rows"))
     if job.faults is not None:
         console.print(table_of("faults", *fault_rows_of(job.faults)))
         console.print(Text(f"{job.faults.isolability}; alarms above {job.faults.limit}"))

@@ -42,6 +42,7 @@ from ..linearization import (
     Taylor,
     Unscented,
 )
+from ..networks import AbstractTraining, AffineTraining, CMACTraining, PerceptronTraining
 from ..noise import AbstractNoise, Capped, InnovationMatching, Nominal, SageHusa, Scaled
 from ..regression import (
     AbstractRowNoise,
@@ -52,18 +53,22 @@ from ..regression import (
     RecursiveTotalLeastSquares,
 )
 from ..updates import (
+    AbstractFeatures,
     AbstractUpdate,
     ChangeDetection,
     Considered,
+    Context,
     Exact,
     Gated,
     HuberReweighted,
+    InnovationHistory,
     InnovationScaling,
     Iterated,
     MasreliezMartin,
     MaximumCorrentropy,
     StrongTracking,
     StudentT,
+    UpdateFeatures,
     VariationalCovariances,
     VariationalNoise,
     WeightedLikelihood,
@@ -107,6 +112,8 @@ KINDS: dict[type, dict[str, type]] = {
         "two_stage": TwoStage,
     },
     AbstractRowNoise: {"constant": ConstantRowNoise, "rate": RateRowNoise},
+    AbstractTraining: {"affine": AffineTraining, "cmac": CMACTraining, "perceptron": PerceptronTraining},
+    AbstractFeatures: {"context": Context, "history": InnovationHistory, "update": UpdateFeatures},
 }
 """Every part by what it is and what a table calls it."""
 

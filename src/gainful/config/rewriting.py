@@ -1,4 +1,4 @@
-"""A configuration's text with other noise in it, its comments and its order kept."""
+"""A configuration's text with other noise or trained parts in it, its comments and its order kept."""
 
 from __future__ import annotations
 
@@ -50,6 +50,21 @@ class Rewriting:
                 self._document = tomlkit.parse(text)
                 return
         self._document["data"]["folder"] = folder
+
+    def use_trained(self, aiding: str, maps: Sequence[str]) -> None:
+        """Have estimates corrected by a trained network, and sensors by their maps.
+
+        Args:
+            aiding: file of the network's update, empty for none.
+            maps: files of maps of sensors.
+        """
+        if maps:
+            self._document["model"]["sensor_maps"] = list(maps)
+            self.changes.append("model.sensor_maps")
+        if aiding:
+            self._document.setdefault("options", tomlkit.table())["aiding"] = aiding
+            self.changes.append("options.aiding")
+        self._document.pop("training", None)
 
     def scale_noise(self, states: Mapping[str, float], outputs: Mapping[str, float], alive: Sequence[str]) -> None:
         """Multiply standard deviations of the noise.

@@ -225,6 +225,56 @@ class OptionsSection:
 
 
 @dataclasses.dataclass(frozen=True)
+class MapSection:
+    """The repeatable error of a sensor, to be learned by `gainful train-aiding`.
+
+    Attributes:
+        context: what the error depends on: states, inputs, outputs, "t" or "dt".
+        network: a name such as "cmac", or a table with `kind` and options; a CMAC of 60 levels and 10 layers if absent.
+        floor: least standard deviation to leave the sensor with, in the signal's unit.
+    """
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = _STRICT
+
+    context: list[str]
+    network: str | dict[str, Any] | None = None
+    floor: float = 0.0
+
+
+@dataclasses.dataclass(frozen=True)
+class TrainingSection:
+    """What `gainful train-aiding` learns, and from which records.
+
+    Attributes:
+        files: records with the columns of `data`, in place of `data.file`.
+        pieces: into how many of equal length each record is cut.
+        held_out: how many pieces, the last ones, judge what was learned.
+        teacher: "truth" of the records, or a "smoother" of the same ones.
+        smoother: a configuration whose filter and noise smooth the records, such as one that was tuned; this one if empty.
+        aiding: whether a network beside the filter is trained.
+        network: a name such as "cmac" or "perceptron", or a table with `kind` and options.
+        features: what it is told: "update", "history", a table with `kind` and options, or a list of them.
+        feedback: whether the filter goes on from the corrected estimate.
+        maps: errors of sensors to learn, by output; the network beside the filter then works on top of them.
+        seed: of the random numbers.
+    """
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = _STRICT
+
+    files: list[str] = dataclasses.field(default_factory=list)
+    pieces: int = 1
+    held_out: int = 2
+    teacher: Literal["truth", "smoother"] = "truth"
+    smoother: str = ""
+    aiding: bool = True
+    network: str | dict[str, Any] = "cmac"
+    features: str | dict[str, Any] | list[str | dict[str, Any]] = "update"
+    feedback: bool = False
+    maps: dict[str, MapSection] = dataclasses.field(default_factory=dict)
+    seed: int = 0
+
+
+@dataclasses.dataclass(frozen=True)
 class EstimateConfig:
     """A whole configuration file of `gainful estimate`.
 
@@ -239,6 +289,7 @@ class EstimateConfig:
         parameters: of the model, estimated as states.
         faults: faults estimated as states, with alarms.
         inject: faults put into the record on purpose.
+        training: what `gainful train-aiding` learns; nothing to `gainful estimate`.
         options: smoothing, gating.
         title: of the report; the file's name if empty.
     """
@@ -254,5 +305,6 @@ class EstimateConfig:
     parameters: dict[str, ParameterSection] = dataclasses.field(default_factory=dict)
     faults: FaultsSection | None = None
     inject: list[InjectSection] = dataclasses.field(default_factory=list)
+    training: TrainingSection | None = None
     options: OptionsSection = dataclasses.field(default_factory=OptionsSection)
     title: str = ""

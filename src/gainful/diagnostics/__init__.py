@@ -3,7 +3,7 @@
 from .accuracy import coverage, rmse
 from .adaptation import Adaptation, adaptations
 from .advice import NoiseAdvice, noise_advice
-from .aiding import AidingUse, aiding_use
+from .aiding import AidingGain, AidingUse, aiding_gain, aiding_use
 from .consistency import ConsistencyTest, nees_test, nis_test
 from .cost import StepCost, step_cost, step_seconds
 from .learning import Change, Learned, changes, learned
@@ -16,6 +16,7 @@ from .whiteness import WhitenessTest, ljung_box, whiteness_tests
 
 __all__ = [
     "Adaptation",
+    "AidingGain",
     "AidingUse",
     "Change",
     "ConsistencyTest",
@@ -28,6 +29,7 @@ __all__ = [
     "Weighing",
     "WhitenessTest",
     "adaptations",
+    "aiding_gain",
     "aiding_use",
     "changes",
     "chi_square_bounds",

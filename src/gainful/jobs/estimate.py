@@ -12,7 +12,7 @@ from typing import Any
 
 import jax
 
-from ..aiding import unaided_filter
+from ..aiding import unaided_filter, unmapped
 from ..config import (
     EstimateConfig,
     build_faults,
@@ -24,13 +24,17 @@ from ..config import (
     dump_part,
     load_config,
 )
-from ..diagnostics import Verdict, coverage, rmse, verdict
+from ..diagnostics import Verdict, aiding_use, coverage, rmse, verdict
+from ..estimates import AbstractEstimate
+from ..filters import AbstractEstimator
 from ..io import check_folder, read_log, whole_folder
+from ..models import AbstractModel
 from ..report import Table, write_report
 from ..report.trajectory import position_pairs
 from ..running import Log, Result, run, smooth
 from ..spaces import AbstractSpace, Quaternion
 from ..version import __version__
+from .aiding import aiding_gain_rows
 from .faults import FaultFindings, fault_rows_of, find_faults
 from .parameters import parameter_rows
 
@@ -49,6 +53,7 @@ class EstimateJob:
         verdict: whether its numbers can be believed.
         folder: where the results lie, or None if nothing was written.
         faults: what was found of the faults, if any were looked for.
+        unaided: the filter's result without trained networks and maps of sensors, if it has any.
     """
 
     title: str
@@ -57,6 +62,7 @@ class EstimateJob:
     verdict: Verdict
     folder: Path | None
     faults: FaultFindings | None = None
+    unaided: Result | None = None
 
     @property
     def timing(self) -> tuple[float, float]:
@@ -96,15 +102,24 @@ def estimate(
     if started is not None:
         started(log)
     result = run(chosen, model, prior, log, throw=config.options.throw, progress=progress)
+    without = _unaided(config, chosen, model, prior, log)
     if config.options.smooth or config.options.lag is not None:
         result = smooth(result, lag=config.options.lag)
     found = find_faults(config, result) if config.faults is not None else None
-    job = EstimateJob(
-        config.title or path.stem, config, result, verdict(result), None if folder is None else Path(folder), found
-    )
+    title, place = config.title or path.stem, None if folder is None else Path(folder)
+    job = EstimateJob(title, config, result, verdict(result), place, found, without)
     if job.folder is not None:
         _write(job, path)
     return job
+
+
+def _unaided(
+    config: EstimateConfig, chosen: AbstractEstimator, model: AbstractModel, prior: AbstractEstimate, log: Log
+) -> Result | None:
+    """The same record without what was trained, where anything was."""
+    if not config.options.aiding and not config.model.sensor_maps:
+        return None
+    return run(unaided_filter(chosen), unmapped(model), prior, log, throw=False)
 
 
 def state_rows(job: EstimateJob) -> tuple[list[str], list[list[Any]]]:
@@ -164,6 +179,13 @@ def _facts(job: EstimateJob, path: Path) -> list[tuple[str, str]]:
     ]
     if job.faults is not None:
         facts += [("Isolability", job.faults.isolability), ("Alarm above", job.faults.limit)]
+    facts += [
+        (
+            "Aiding",
+            f"let through in {100 * each.passed:.1f} % of measured rows, unknown to the network in {100 * each.unknown:.1f} %",
+        )
+        for each in aiding_use(result)
+    ]
     facts += [(name[0].upper() + name[1:], str(count)) for name, count in result.log.counts.items()]
     return facts
 
@@ -180,6 +202,9 @@ def _write(job: EstimateJob, path: Path) -> None:
     heads, rows = parameter_rows(result)
     if rows:
         tables.append(Table("Parameters", tuple(heads), tuple(tuple(row) for row in rows)))
+    heads, rows = aiding_gain_rows(job)
+    if rows:
+        tables.append(Table("Aiding", tuple(heads), tuple(tuple(row) for row in rows)))
     if job.faults is not None:
         fault_heads, fault_rows = fault_rows_of(job.faults)
         tables.append(Table("Faults", tuple(fault_heads), tuple(tuple(row) for row in fault_rows)))

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ..running import Result
+from .aiding import aiding_sections
 from .innovations import innovation_sections, innovations_of, nis_sections, whiteness_sections
 from .marks import marks_of
 from .panels import Section
@@ -30,7 +31,7 @@ _THINNED = {
 
 
 def figures_of(result: Result, alarms: Mapping[str, Sequence[float]] | None = None) -> list[Section]:
-    """The figures that show and judge a result: states, path, errors, innovations, weights, consistency, whiteness.
+    """The figures that show and judge a result: states, path, aiding, errors, innovations, weights, consistency, whiteness.
 
     Args:
         result: of a filter or a smoother.
@@ -44,6 +45,7 @@ def figures_of(result: Result, alarms: Mapping[str, Sequence[float]] | None = No
     sections = [
         *state_sections(result, limit, marks),
         *trajectory_sections(result, limit),
+        *aiding_sections(result, limit),
         *error_sections(result, limit),
         *innovation_sections(found, limit),
         *weight_sections(found, limit),
