@@ -26,11 +26,13 @@ from gainful.config.parts import ACRONYMS
 from gainful.config.schema import (
     AugmentSection,
     EstimateConfig,
+    MapSection,
     ModelSection,
     OptionsSection,
     ParameterSection,
     PriorSection,
     SensorSection,
+    TrainingSection,
 )
 
 from .pages import ROOT, Session, blocks, merged
@@ -59,6 +61,8 @@ SECTIONS = {
     "`[prior]`": PriorSection,
     "`[parameters.NAME]`": ParameterSection,
     "`[options]`": OptionsSection,
+    "`[training]`": TrainingSection,
+    "`[training.maps.NAME]`": MapSection,
     "Top level of an identification": IdentifyConfig,
     "`[equation]`": EquationSection,
     "`[data]` of an identification": RecordingSection,

@@ -187,9 +187,9 @@ CLAIMS = (
     ),
     Claim(
         "a wider window",
-        "A window twice as wide does for least squares what instruments do.",
+        "A window twice as wide more than halves the error of weak least squares in loud noise, and does not reach instruments.",
         "not in the paper",
-        (_ratio(LOUD, "mass", WEAK_WIDE, WEAK, below(0.5)), _ratio(LOUD, "mass", WEAK_WIDE, WEAK_CROSS, below(1.5))),
+        (_ratio(LOUD, "mass", WEAK_WIDE, WEAK, below(0.5)), _ratio(LOUD, "mass", WEAK_WIDE, WEAK_CROSS, above(1.0))),
     ),
     Claim(
         "linear drag stays uncertain",
