@@ -45,7 +45,7 @@ def by_likelihood(
             method="L-BFGS-B",
             bounds=[bounds] * len(start),
             callback=keeping(path),
-            options={"maxiter": iterations, "ftol": ENOUGH / count, "gtol": max(1e-6, 100 * ENOUGH / count)},
+            options={"maxiter": iterations, "ftol": ENOUGH / count, "gtol": 1e-7},
         )
         one = Search(found.x, int(found.nit), bool(found.success), tuple(path), str(found.message))
         if best is None or found.fun < problem.fitted_loss(best.logs)[0]:
