@@ -10,6 +10,7 @@ import gainful as gf
 from gainful.filters import AbstractEstimator
 from gainful.noise import Capped, Scaled, with_scaled_noise
 from gainful.running.fitting.entries import noise_entries, typical_noise
+from gainful.running.fitting.noise_fit import relative_errors
 from gainful.running.fitting.problem import Outliers, Problem
 from gainful.running.fitting.records import make_records
 
@@ -171,6 +172,13 @@ def test_noise_that_the_record_does_not_tell_is_called_flat_or_below_its_floor()
     assert bounded.factor == pytest.approx(0.9)
     assert bounded.standard_error is None
     assert bounded.remark == "at its floor: the record tells no size but a largest one"
+
+
+def test_noise_that_is_not_felt_leaves_what_is_known_of_the_rest() -> None:
+    curvature = np.array([[4.0, 1e-5, 0.0], [1e-5, -1e-9, 0.0], [0.0, 0.0, 100.0]])
+    np.testing.assert_allclose(relative_errors(curvature, np.array([True] * 3)), [0.5, np.inf, 0.1], rtol=1e-9)
+    held = relative_errors(curvature, np.array([True, False, False]))
+    np.testing.assert_allclose(held, [0.5, np.nan, np.nan])
 
 
 def test_rows_held_out_are_not_fitted_and_show_what_the_fit_is_worth(log: gf.Log) -> None:

@@ -231,6 +231,9 @@ NOISES: dict[type, list[AbstractNoise]] = {
     Capped: [Capped({"heading": 0.05}, Scaled({"heading": 3.0}))],
 }
 
+LIKE_SAGE_HUSAS = (InnovationMatching, Scaled)
+"""Noise laws that share the steps of `SageHusa`, or are within it."""
+
 ESTIMATES: dict[type, list[type[AbstractEstimate]]] = {
     gf.Gaussian: [gf.Gaussian],
     gf.SquareRoot: [gf.SquareRoot],
@@ -395,14 +398,14 @@ def combinations(full: bool) -> list[gf.KalmanFilter]:
     """Filters in which every pair of parts occurs; or all of them.
 
     Sigma-point rules differ in numbers only, so the one with the most to go wrong, a negative weight, stands for all; one
-    instance stands for its class, and the reweighted update that doubts measurement and prediction for those that share
-    its steps.
+    instance stands for its class, the reweighted update that doubts measurement and prediction for those that share
+    its steps, and one law of learned noise for the others.
     """
     one_each = [entries[0][0] for kind, entries in UPDATES.items() if kind not in LIKE_HUBERS]
     axes = [
         flat(LINEARIZATIONS) if full else [gf.Taylor(), gf.SigmaPoints(Unscented(alpha=0.1))],
         [update for update, _ in flat(UPDATES)] if full else one_each,
-        flat(NOISES),
+        flat(NOISES) if full else [laws[0] for kind, laws in NOISES.items() if kind not in LIKE_SAGE_HUSAS],
         flat(ESTIMATES),
     ]
     chosen = itertools.product(*axes) if full else covering(axes)

@@ -94,3 +94,15 @@ def test_a_bias_is_not_taken_for_noise_and_a_short_record_not_for_proof() -> Non
     long, short = (gf.run(gf.kalman_filter(), model, prior, gf.make_log(model, np.arange(n), y[:n])) for n in (400, 5))
     assert any("which no noise explains" in text for text in noise_advice(long).sentences)
     assert noise_advice(short).sentences == ("too few innovations to judge Q and R by",)
+
+
+def test_a_slow_oscillation_is_not_taken_for_noise_either() -> None:
+    model = gf.linear_model([[0.0]], [[1.0]], Q=1.0, R=1.0)
+    prior = gf.make_prior(model, [0.0], [1.0])
+    rng = np.random.default_rng(4)
+    # Neighbours a quarter of a period apart are uncorrelated, every second one is opposed.
+    y = rng.normal(size=800) + np.sin(0.5 * np.pi * np.arange(800) + 0.3)
+    (told,) = noise_advice(gf.run(gf.kalman_filter(), model, prior, gf.make_log(model, np.arange(800), y))).sentences[
+        :1
+    ]
+    assert "but not from one to the next, which no noise explains" in told

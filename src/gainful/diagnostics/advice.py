@@ -6,7 +6,7 @@ import dataclasses
 
 from ..running import Result
 from .consistency import ConsistencyTest, nis_test
-from .whiteness import WhitenessTest, whiteness_tests
+from .whiteness import PRACTICALLY_WHITE, WhitenessTest, whiteness_tests
 
 
 @dataclasses.dataclass(frozen=True)
@@ -54,10 +54,16 @@ def noise_advice(result: Result, level: float = 0.99) -> NoiseAdvice:
         if test.passed is False and test.autocorrelation.size:
             first = float(test.autocorrelation[0])
             way, size = ("go on in the direction of", "small") if first > 0 else ("turn back from", "large")
-            told.append(
-                f"{test.signal}: innovations {way} the last one (correlation {first:.2f}): "
-                f"Q is too {size} beside R for what it reads"
-            )
+            if abs(first) < PRACTICALLY_WHITE:
+                told.append(
+                    f"{test.signal}: innovations are correlated over {test.worst_lag} readings ({test.worst:.2f}) but not "
+                    "from one to the next, which no noise explains: the model lacks a slow error or an oscillation"
+                )
+            else:
+                told.append(
+                    f"{test.signal}: innovations {way} the last one (correlation {first:.2f}): "
+                    f"Q is too {size} beside R for what it reads"
+                )
         if test.biased:
             told.append(
                 f"{test.signal}: innovations are off by {test.mean:.2g} sigma on average, which no noise explains: "

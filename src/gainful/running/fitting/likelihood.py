@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -13,6 +14,12 @@ from .search import Search, keeping
 
 ALLOWED = 1.353
 """Half the square of 1.645: how far the log likelihood falls at a limit that holds with 95 %, one-sided."""
+
+ENOUGH = 1e-5
+"""A search ends where a step gains less than this in the log likelihood of the whole record [nats]."""
+
+ROUGHLY = 0.03
+"""The same where the likelihood is wanted to tell a limit, not an estimate [nats]."""
 
 DIFFERENCE = 1e-3
 """Step in the logarithm of a standard deviation for second derivatives: errors of 1e-6 by curvature, less by rounding."""
@@ -27,6 +34,7 @@ def by_likelihood(
 
     Source: Byrd, Lu, Nocedal and Zhu (1995), SIAM J. Sci. Comput. 16(5):1190-1208.
     """
+    _, _, count = problem.loss(starts[0])
     best: Search | None = None
     for start in starts:
         path: list[float] = []
@@ -37,7 +45,7 @@ def by_likelihood(
             method="L-BFGS-B",
             bounds=[bounds] * len(start),
             callback=keeping(path),
-            options={"maxiter": iterations, "ftol": 1e-11, "gtol": 1e-6},
+            options={"maxiter": iterations, "ftol": ENOUGH / count, "gtol": 1e-7},
         )
         one = Search(found.x, int(found.nit), bool(found.success), tuple(path), str(found.message))
         if best is None or found.fun < problem.fitted_loss(best.logs)[0]:
@@ -72,24 +80,26 @@ def upper_limit(problem: Problem, logs: Float[np.ndarray, " entries"], index: in
     best, _, count = problem.loss(logs)
     others = [i for i in range(len(logs)) if i != index]
     at = logs.copy()
+    options = {"maxiter": 10, "ftol": ROUGHLY / count}
 
-    def beyond(value: float) -> float:
+    def beyond(value: float) -> bool:
         def loss(free: Float[np.ndarray, " others"]) -> tuple[float, Float[np.ndarray, " others"]]:
             at[index], at[others] = value, free
             found, slope = problem.fitted_loss(at)
             return found, slope[others]
 
-        start = logs[others]
-        if others:
-            found = scipy.optimize.minimize(loss, start, jac=True, method="L-BFGS-B", options={"maxiter": 20}).fun
-        else:
-            found = loss(start)[0]
-        return count * (float(found) - best) - ALLOWED
+        start = at[others].copy()  # where the last search ended
+        found = loss(start)[0]
+        if others and count * (found - best) > ALLOWED:
+            found = scipy.optimize.minimize(loss, start, jac=True, method="L-BFGS-B", options=options).fun
+        return bool(count * (found - best) > ALLOWED)
 
-    low, step = float(logs[index]), 0.7
-    while low < most:
-        high = min(low + step, most)
-        if beyond(high) > 0:
-            return float(scipy.optimize.root_scalar(beyond, bracket=(low, high), xtol=0.02).root)
-        low, step = high, 1.5 * step
-    return None
+    low, high, step = float(logs[index]), math.inf, 0.7
+    # By halving, which bears a likelihood that is known only roughly.
+    while min(high, most) - low > 0.05:
+        middle = 0.5 * (low + high) if high < math.inf else min(low + step, most)
+        if beyond(middle):
+            high = middle
+        else:
+            low, step = middle, 1.5 * step
+    return None if high == math.inf else 0.5 * (low + high)

@@ -13,8 +13,8 @@ from .entries import NoiseEntry
 FLAT = 0.5
 """A standard deviation known no better than to this share of itself is not told by the record."""
 
-SINGULAR = 1e-10
-"""Directions in which the curvature is smaller than this share of the largest are flat."""
+SINGULAR = 1e-6
+"""A direction in which the curvature is smaller than this share of the largest is flat."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -141,11 +141,13 @@ def relative_errors(curvature: Float[np.ndarray, "n n"], free: Float[np.ndarray,
     """
     errors = np.full(len(curvature), np.nan)
     at = np.flatnonzero(free)
-    if not at.size:
-        return errors
-    values, vectors = np.linalg.eigh(curvature[np.ix_(at, at)])
-    sound = values > SINGULAR * max(values.max(), 0.0)
-    variances = vectors[:, sound] ** 2 @ (1.0 / values[sound])
-    lost = (vectors[:, ~sound] ** 2).sum(axis=1) > 1e-6
-    errors[at] = np.where(lost, np.inf, np.sqrt(variances))
+    while at.size:
+        values, vectors = np.linalg.eigh(curvature[np.ix_(at, at)])
+        if values[0] > SINGULAR * values[-1] and values[0] > 0:
+            errors[at] = np.sqrt(vectors**2 @ (1.0 / values))
+            break
+        # One that the likelihood does not feel leaves what is known of the others as it is.
+        flat = int(np.abs(vectors[:, 0]).argmax())
+        errors[at[flat]] = np.inf
+        at = np.delete(at, flat)
     return errors
