@@ -92,6 +92,9 @@ class VariationalNoise(AbstractUpdate):
     ) -> Float[Array, "dof dof"] | None:
         return self.inner.added(carry.inner, prior, process)
 
+    def reported(self, carry: InverseGamma, estimate: AbstractEstimate) -> AbstractEstimate:
+        return self.inner.reported(carry.inner, estimate)
+
     def __call__(
         self, carry: InverseGamma, prior: AbstractEstimate, likelihood: Likelihood, y: Float[Array, " output_size"]
     ) -> tuple[InverseGamma, Update]:
