@@ -187,7 +187,7 @@ CLAIMS = (
     ),
     Claim(
         "a wider window",
-        "A window twice as wide more than halves the error of weak least squares in loud noise, and does not reach instruments.",
+        "A window twice as wide more than halves the error of weak least squares in loud noise, short of what instruments do.",
         "not in the paper",
         (_ratio(LOUD, "mass", WEAK_WIDE, WEAK, below(0.5)), _ratio(LOUD, "mass", WEAK_WIDE, WEAK_CROSS, above(1.0))),
     ),
