@@ -12,9 +12,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-import jax
 import jax.numpy as jnp
-import numpy as np
 
 import gainful as gf
 from gainful.aiding import SensorMap, SensorMappedModel, with_sensor_maps
@@ -32,17 +30,7 @@ from gainful.linearization import (
 from gainful.models import AbstractModel
 from gainful.models.dynamics import AbstractDynamics, ContinuousDynamics, DiscreteDynamics, LinearDynamics
 from gainful.models.model import Model
-from gainful.networks import (
-    CMAC,
-    AbstractNetwork,
-    AbstractTraining,
-    AffineMap,
-    AffineTraining,
-    CMACTraining,
-    MultilayerPerceptron,
-    PerceptronTraining,
-    zero_map,
-)
+from gainful.networks import CMAC, AbstractNetwork, AbstractTraining, AffineMap, zero_map
 from gainful.noise import AbstractNoise, Capped, InnovationMatching, SageHusa, Scaled
 from gainful.regression import (
     AbstractRowNoise,
@@ -74,18 +62,17 @@ from gainful.updates import (
     Context,
     Corrected,
     HuberReweighted,
-    InnovationHistory,
     InnovationScaling,
-    JoinedFeatures,
     MasreliezMartin,
     MaximumCorrentropy,
     StrongTracking,
     StudentT,
-    UpdateFeatures,
     VariationalCovariances,
     VariationalNoise,
     WeightedLikelihood,
 )
+
+from .networks import FEATURES, NETWORKS, TRAININGS, one_of
 
 SPACES: dict[type, list[AbstractSpace]] = {
     Euclidean: [Euclidean(("a", "b"), ("m", "m/s"))],
@@ -119,44 +106,6 @@ LINEARIZATIONS: dict[type, list[AbstractLinearization]] = {
         MarginalSigmaPoints(Unscented(alpha=0.1)),
         MarginalSigmaPoints(GaussHermite(), "rao_blackwell"),
     ],
-}
-
-TRAININGS: dict[type, list[AbstractTraining]] = {
-    AffineTraining: [AffineTraining()],
-    CMACTraining: [
-        CMACTraining(levels=20, layers=4, least_visits=0),
-        CMACTraining(levels=20, layers=4, least_visits=0, groups=((0,), (1, 2)), method="ridge", compress="none"),
-        CMACTraining(levels=20, layers=4, least_visits=0, table="hashed", cells=64),
-    ],
-    PerceptronTraining: [
-        PerceptronTraining((3,), iterations=5),
-        PerceptronTraining((3, 2), method="sgd", epochs=1),
-    ],
-}
-
-
-def _trained(training: AbstractTraining) -> AbstractNetwork:
-    """A network of three inputs and two outputs that has learned something of no meaning."""
-    inputs = np.random.default_rng(4).normal(size=(150, 3))
-    return training(inputs, 0.02 * np.sin(inputs[:, :2]), key=jax.random.key(4))[0]
-
-
-def _one_of(network: AffineMap) -> AffineMap:
-    """The first output alone."""
-    return AffineMap(network.matrix[:1], network.offset[:1])
-
-
-NETWORKS: dict[type, list[AbstractNetwork]] = {
-    AffineMap: [_trained(each) for each in TRAININGS[AffineTraining]],
-    CMAC: [_trained(each) for each in TRAININGS[CMACTraining]],
-    MultilayerPerceptron: [_trained(each) for each in TRAININGS[PerceptronTraining]],
-}
-
-FEATURES: dict[type, list[AbstractFeatures]] = {
-    UpdateFeatures: [UpdateFeatures()],
-    InnovationHistory: [InnovationHistory(), InnovationHistory(leaks=(0.5,), square_leaks=())],
-    Context: [Context(("heading", "speed", "t"))],
-    JoinedFeatures: [JoinedFeatures((UpdateFeatures(), Context(("dt",))))],
 }
 
 _PLACE = Context(("x", "heading", "speed"))
@@ -311,7 +260,7 @@ MODELS[RegressionModel] = [
 MODELS[SensorMappedModel] = [
     with_sensor_maps(
         cart_model(),
-        [SensorMap("compass", ("x", "speed", "heading"), _one_of(NETWORKS[AffineMap][0]), jnp.asarray(0.05))],
+        [SensorMap("compass", ("x", "speed", "heading"), one_of(NETWORKS[AffineMap][0]), jnp.asarray(0.05))],
     )
 ]
 

@@ -15,7 +15,8 @@ from gainful.testing.cart import cart_model, cart_prior, instant, reading
 from gainful.testing.comparisons import assert_identical, assert_same_form
 from gainful.updates import AbstractFeatures, Exact, Likelihood
 
-from .parts import FEATURES, NETWORKS, TRAININGS, flat, name_of
+from .networks import FEATURES, NETWORKS, TRAININGS
+from .parts import flat, name_of
 
 
 @pytest.fixture

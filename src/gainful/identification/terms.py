@@ -149,10 +149,7 @@ def parse_term(
         >>> parse_term("d(r) + 2*r*abs(r)", ["r"]).references
         (Reference(signal='r', lag=0, order=1), Reference(signal='r', lag=0, order=0))
     """
-    try:
-        tree = ast.parse(str(text).strip(), mode="eval").body
-    except (SyntaxError, ValueError) as problem:
-        raise ConfigError(f"{name}: {text!r} is not an expression") from problem
+    tree = _tree(text, name)
     grammar = _Grammar(frozenset(signals), functions, f"{name}: {text!r}")
     pieces = tuple(grammar.pieces(tree))
     for piece in pieces:
@@ -161,6 +158,13 @@ def parse_term(
         if max((piece.order, *(each.order for each in piece.references))) > MOST_DERIVATIVES:
             raise ConfigError(f"{grammar.where}: expected derivatives up to the second, got a higher one")
     return Term(str(text).strip(), pieces)
+
+
+def _tree(text: str, name: str) -> ast.expr:
+    try:
+        return ast.parse(str(text).strip(), mode="eval").body
+    except (SyntaxError, ValueError) as problem:
+        raise ConfigError(f"{name}: {text!r} is not an expression") from problem
 
 
 def parse_condition(
@@ -181,10 +185,7 @@ def parse_condition(
         >>> parse_condition("v < 2", ["v"]).text
         '2 - v'
     """
-    try:
-        tree = ast.parse(str(text).strip(), mode="eval").body
-    except (SyntaxError, ValueError) as problem:
-        raise ConfigError(f"{name}: {text!r} is not an expression") from problem
+    tree = _tree(text, name)
     if not isinstance(tree, ast.Compare) or len(tree.ops) != 1 or not isinstance(tree.ops[0], (ast.Lt, ast.Gt)):
         raise ConfigError(f"{name}: expected one comparison by < or >, such as 'abs(pitch) > 0.2', got {text!r}")
     sides = (tree.left, tree.comparators[0])

@@ -1,0 +1,56 @@
+"""Instances of networks, of how they are trained and of what they are told, for every law."""
+
+from __future__ import annotations
+
+import jax
+import numpy as np
+
+from gainful.networks import (
+    CMAC,
+    AbstractNetwork,
+    AbstractTraining,
+    AffineMap,
+    AffineTraining,
+    CMACTraining,
+    MultilayerPerceptron,
+    PerceptronTraining,
+)
+from gainful.updates import AbstractFeatures, Context, InnovationHistory, JoinedFeatures, UpdateFeatures
+
+TRAININGS: dict[type, list[AbstractTraining]] = {
+    AffineTraining: [AffineTraining()],
+    CMACTraining: [
+        CMACTraining(levels=20, layers=4, least_visits=0),
+        CMACTraining(levels=20, layers=4, least_visits=0, groups=((0,), (1, 2)), method="ridge", compress="none"),
+        CMACTraining(levels=20, layers=4, least_visits=0, table="hashed", cells=64),
+    ],
+    PerceptronTraining: [
+        PerceptronTraining((3,), iterations=5),
+        PerceptronTraining((3, 2), method="sgd", epochs=1),
+    ],
+}
+
+
+def trained(training: AbstractTraining) -> AbstractNetwork:
+    """A network of three inputs and two outputs that has learned something of no meaning."""
+    inputs = np.random.default_rng(4).normal(size=(150, 3))
+    return training(inputs, 0.02 * np.sin(inputs[:, :2]), key=jax.random.key(4))[0]
+
+
+def one_of(network: AffineMap) -> AffineMap:
+    """The first output alone."""
+    return AffineMap(network.matrix[:1], network.offset[:1])
+
+
+NETWORKS: dict[type, list[AbstractNetwork]] = {
+    AffineMap: [trained(each) for each in TRAININGS[AffineTraining]],
+    CMAC: [trained(each) for each in TRAININGS[CMACTraining]],
+    MultilayerPerceptron: [trained(each) for each in TRAININGS[PerceptronTraining]],
+}
+
+FEATURES: dict[type, list[AbstractFeatures]] = {
+    UpdateFeatures: [UpdateFeatures()],
+    InnovationHistory: [InnovationHistory(), InnovationHistory(leaks=(0.5,), square_leaks=())],
+    Context: [Context(("heading", "speed", "t"))],
+    JoinedFeatures: [JoinedFeatures((UpdateFeatures(), Context(("dt",))))],
+}
