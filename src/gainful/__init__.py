@@ -34,12 +34,13 @@ from .linearization import Cubature, GaussHermite, MarginalSigmaPoints, SigmaPoi
 from .live import OnlineFilter
 from .models import augment, continuous_model, discrete_model, linear_model, sensor
 from .networks import CMAC, CMACTraining, PerceptronTraining
-from .noise import Capped, Nominal, Scaled
+from .noise import Capped, InnovationMatching, Nominal, SageHusa, Scaled
 from .regression import RecursiveLeastSquares, RecursiveTotalLeastSquares, regression_model
 from .running import (
     Log,
     Result,
     draw_log,
+    fit_noise,
     log_likelihood,
     make_log,
     make_prior,
@@ -62,6 +63,8 @@ from .updates import (
     MaximumCorrentropy,
     StrongTracking,
     StudentT,
+    VariationalCovariances,
+    VariationalNoise,
     WeightedLikelihood,
 )
 from .version import __version__
@@ -81,6 +84,7 @@ __all__ = [
     "Gaussian",
     "GeneralizedLikelihoodRatio",
     "HuberReweighted",
+    "InnovationMatching",
     "InnovationScaling",
     "InteractingMultipleModel",
     "Iterated",
@@ -97,6 +101,7 @@ __all__ = [
     "RecursiveLeastSquares",
     "RecursiveTotalLeastSquares",
     "Result",
+    "SageHusa",
     "Scaled",
     "SigmaPoints",
     "Source",
@@ -106,6 +111,8 @@ __all__ = [
     "Taylor",
     "TwoStage",
     "Unscented",
+    "VariationalCovariances",
+    "VariationalNoise",
     "WeightedLikelihood",
     "__version__",
     "aided_filter",
@@ -116,6 +123,7 @@ __all__ = [
     "discrete_model",
     "draw_log",
     "extended_kalman_filter",
+    "fit_noise",
     "huber_kalman_filter",
     "identify",
     "iterated_extended_kalman_filter",

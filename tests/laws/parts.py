@@ -43,7 +43,7 @@ from gainful.networks import (
     PerceptronTraining,
     zero_map,
 )
-from gainful.noise import AbstractNoise, Capped, Scaled
+from gainful.noise import AbstractNoise, Capped, InnovationMatching, SageHusa, Scaled
 from gainful.regression import (
     AbstractRowNoise,
     ConstantRowNoise,
@@ -82,6 +82,8 @@ from gainful.updates import (
     StrongTracking,
     StudentT,
     UpdateFeatures,
+    VariationalCovariances,
+    VariationalNoise,
     WeightedLikelihood,
 )
 
@@ -192,6 +194,13 @@ UPDATES: dict[type, list[tuple[AbstractUpdate, AbstractUpdate]]] = {
         (WeightedLikelihood(), WeightedLikelihood(scale=1e9)),
         (WeightedLikelihood(scale=4.0, joint=True), WeightedLikelihood(scale=1e9, joint=True)),
     ],
+    VariationalNoise: [(VariationalNoise(memory=0.9), VariationalNoise(memory=1.0, start=1e16))],
+    VariationalCovariances: [
+        (
+            VariationalCovariances(memory=0.9),
+            VariationalCovariances(prediction=1e16, memory=1.0, start=1e16),
+        )
+    ],
     ChangeDetection: [
         (
             ChangeDetection({"heading": 0.3}, threshold=2.0, arm_after=2, dead_time=2),
@@ -217,6 +226,8 @@ LIKE_HUBERS = (StudentT, MaximumCorrentropy, WeightedLikelihood)
 NOISES: dict[type, list[AbstractNoise]] = {
     gf.Nominal: [gf.Nominal()],
     Scaled: [Scaled({"heading": 3.0}, {"compass": 0.5})],
+    SageHusa: [SageHusa(memory=0.9, inner=Scaled({"heading": 3.0}, {"compass": 0.5}))],
+    InnovationMatching: [InnovationMatching(window=3, settle=1, ceiling=10.0, patience=2)],
     Capped: [Capped({"heading": 0.05}, Scaled({"heading": 3.0}))],
 }
 

@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-import contextlib
 import shlex
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.text import Text
 
-from ..errors import ConfigError, GainfulError
 from ..jobs import EstimateJob, StudyJob, estimate, identify_log, run_study, write_starter
 from ..studies import STUDIES, Study
 from ..version import __version__
 from .findings import print_findings, print_studies
 from .identification import print_identification
+from .messages import error_console as _error
+from .messages import messages as _messages
 from .summary import print_summary
+from .tune import tune_command
 
 PROGRESS_ROWS = 50_000
 """Records longer than this get a progress bar."""
@@ -32,7 +30,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-_error = Console(stderr=True)
+app.command("tune")(tune_command)
 
 
 def _version(show: bool) -> None:
@@ -48,20 +46,6 @@ def options(
     ] = False,
 ) -> None:
     """States, parameters and faults from logs, with honest uncertainty."""
-
-
-@contextlib.contextmanager
-def _messages() -> Iterator[None]:
-    """Errors as one line and an exit code: 2 for a wrong configuration, 1 for data and numbers."""
-    try:
-        yield
-    except GainfulError as problem:
-        # One line, never broken in the middle of a path, and brackets in it are no markup.
-        _error.print(Text("error:", "bold red") + Text(" " + " ".join(str(problem).split("\n"))), soft_wrap=True)
-        raise typer.Exit(2 if isinstance(problem, ConfigError) else 1) from None
-    except KeyboardInterrupt:
-        _error.print("stopped; nothing was written")
-        raise typer.Exit(1) from None
 
 
 @app.command("estimate")

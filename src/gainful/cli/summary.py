@@ -13,22 +13,22 @@ from ..diagnostics import weighing
 from ..errors import Status
 from ..jobs import EstimateJob, fault_rows_of, parameter_rows, state_rows
 
-_STYLE = {True: "green", False: "yellow", None: "cyan"}
+VERDICT_STYLE = {True: "green", False: "yellow", None: "cyan"}
 
 
 def print_summary(job: EstimateJob, console: Console | None = None) -> None:
     """Print the states, the measurements, the verdict and where the results lie."""
     console = console or Console()
     heads, rows = state_rows(job)
-    console.print(_table(job.title, heads, rows))
-    console.print(_table("measurements", *_measurement_rows(job)))
+    console.print(table_of(job.title, heads, rows))
+    console.print(table_of("measurements", *_measurement_rows(job)))
     parameters = parameter_rows(job.result)
     if parameters[1]:
-        console.print(_table("parameters", *parameters))
+        console.print(table_of("parameters", *parameters))
     if job.faults is not None:
-        console.print(_table("faults", *fault_rows_of(job.faults)))
+        console.print(table_of("faults", *fault_rows_of(job.faults)))
         console.print(Text(f"{job.faults.isolability}; alarms above {job.faults.limit}"))
-    console.print(Text(str(job.verdict), style=_STYLE[job.verdict.consistent]))
+    console.print(Text(str(job.verdict), style=VERDICT_STYLE[job.verdict.consistent]))
     compiling, running = job.timing
     rows_kept = int(job.result.log.kept.sum())
     console.print(f"{rows_kept} rows; compiled in {compiling:.2f} s, ran in {running:.3f} s", highlight=False)
@@ -36,7 +36,8 @@ def print_summary(job: EstimateJob, console: Console | None = None) -> None:
         console.print(Text(f"wrote {job.folder / 'report.html'}, estimates.parquet, result.nc"), soft_wrap=True)
 
 
-def _table(title: str, heads: list[str], rows: list[list[Any]]) -> Table:
+def table_of(title: str, heads: list[str], rows: list[list[Any]]) -> Table:
+    """A table for the terminal: texts on the left, numbers short."""
     # Names and units are a user's own: shown as they are, whatever brackets they have.
     table = Table(title=Text(title), title_justify="left", title_style="bold", header_style="bold")
     for k, head in enumerate(heads):

@@ -33,6 +33,7 @@ from ..faults import (
 from ..filters import AbstractEstimator
 from ..io import load_part
 from ..models import AbstractModel, augment, continuous_model, discrete_model, sensor
+from ..noise import AbstractNoise, Scaled, with_scaled_noise
 from ..plants import CATALOGUE
 from ..running import Log, make_prior
 from ..updates import AbstractUpdate, Corrected, Gated
@@ -68,7 +69,7 @@ def build_model(section: ModelSection, base: Path) -> AbstractModel:
 
 
 def build_filter(config: EstimateConfig, model: AbstractModel, base: Path | None = None) -> AbstractEstimator:
-    """The filter of a configuration: with its update, gated and aided where the options ask for it, watching the parameters.
+    """The filter of a configuration: with its noise law and update, gated and aided where the options ask, watching.
 
     Args:
         config: the configuration.
@@ -80,9 +81,10 @@ def build_filter(config: EstimateConfig, model: AbstractModel, base: Path | None
         DataError: a correction that cannot be read, or was trained on other signals.
     """
     chosen = make_filter(config.filter)
+    if config.noise is not None:
+        chosen = _with_noise(chosen, config, make_part(AbstractNoise, config.noise, "noise"))
     if config.update is not None:
-        if isinstance(config.filter, Mapping) and "update" in config.filter:
-            raise ConfigError("update: expected it here or in filter.update, got it in both")
+        _once(config, "update")
         update = make_part(AbstractUpdate, config.update, "update")
         chosen = dataclasses.replace(single_filter(chosen, "update", " to have it"), update=update)
     if config.options.gate is not None:
@@ -97,6 +99,23 @@ def build_filter(config: EstimateConfig, model: AbstractModel, base: Path | None
         file = (base or Path()) / config.options.aiding
         chosen = aided_filter(chosen, load_part(file, model=model, kind=Corrected))
     return watching(chosen, model, config.parameters)
+
+
+def _with_noise(chosen: AbstractEstimator, config: EstimateConfig, law: AbstractNoise) -> AbstractEstimator:
+    """The filter with the configuration's noise law: in place of its own, or, if it but scales the model's, beneath it."""
+    if isinstance(law, Scaled):
+        try:
+            return with_scaled_noise(chosen, law.states, law.outputs)
+        except ConfigError as problem:
+            raise ConfigError(f"noise: {str(problem).replace('estimator: ', '', 1)}") from problem
+    _once(config, "noise")
+    return dataclasses.replace(single_filter(chosen, "noise", " to have it"), noise=law)
+
+
+def _once(config: EstimateConfig, part: str) -> None:
+    """Refuse a part of the filter that is given apart from it and in it."""
+    if isinstance(config.filter, Mapping) and part in config.filter:
+        raise ConfigError(f"{part}: expected it here or in filter.{part}, got it in both")
 
 
 def build_parameters(config: EstimateConfig, model: AbstractModel) -> AbstractModel:

@@ -42,7 +42,7 @@ from ..linearization import (
     Taylor,
     Unscented,
 )
-from ..noise import AbstractNoise, Capped, Nominal, Scaled
+from ..noise import AbstractNoise, Capped, InnovationMatching, Nominal, SageHusa, Scaled
 from ..regression import (
     AbstractRowNoise,
     ConstantRowNoise,
@@ -64,6 +64,8 @@ from ..updates import (
     MaximumCorrentropy,
     StrongTracking,
     StudentT,
+    VariationalCovariances,
+    VariationalNoise,
     WeightedLikelihood,
 )
 from .wording import members, mismatch, shown
@@ -87,9 +89,17 @@ KINDS: dict[type, dict[str, type]] = {
         "maximum_correntropy": MaximumCorrentropy,
         "strong_tracking": StrongTracking,
         "student_t": StudentT,
+        "variational_covariances": VariationalCovariances,
+        "variational_noise": VariationalNoise,
         "weighted_likelihood": WeightedLikelihood,
     },
-    AbstractNoise: {"capped": Capped, "nominal": Nominal, "scaled": Scaled},
+    AbstractNoise: {
+        "capped": Capped,
+        "innovation_matching": InnovationMatching,
+        "nominal": Nominal,
+        "sage_husa": SageHusa,
+        "scaled": Scaled,
+    },
     AbstractEstimate: {
         "friedland": Friedland,
         "gaussian": Gaussian,

@@ -234,6 +234,8 @@ class EstimateConfig:
         prior: the estimate before the first row.
         filter: a name such as "ukf", or a table with `kind` and options.
         update: of the filter: a name such as "masreliez_martin", or a table with `kind` and options.
+        noise: law of Q and R in the filter: a name such as "sage_husa", or a table with `kind` and options; "scaled" goes
+            beneath the filter's own, and into every filter of a bank.
         parameters: of the model, estimated as states.
         faults: faults estimated as states, with alarms.
         inject: faults put into the record on purpose.
@@ -248,6 +250,7 @@ class EstimateConfig:
     prior: PriorSection
     filter: str | dict[str, Any] = "ekf"
     update: str | dict[str, Any] | None = None
+    noise: str | dict[str, Any] | None = None
     parameters: dict[str, ParameterSection] = dataclasses.field(default_factory=dict)
     faults: FaultsSection | None = None
     inject: list[InjectSection] = dataclasses.field(default_factory=list)

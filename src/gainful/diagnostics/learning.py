@@ -109,7 +109,7 @@ def state_names(space: AbstractSpace) -> dict[str, str]:
 
 
 def parts_of(tree: Any, kind: type) -> list[Any]:
-    """All parts of one class within a tree of parts or memories."""
+    """The parts of a kind in a tree, in order."""
     return [
         leaf for leaf in jax.tree.leaves(tree, is_leaf=lambda each: isinstance(each, kind)) if isinstance(leaf, kind)
     ]

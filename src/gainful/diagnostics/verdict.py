@@ -10,6 +10,7 @@ from ..errors import Status
 from ..running import Result
 from .accuracy import coverage
 from .aiding import aiding_use
+from .adaptation import adaptations
 from .consistency import ConsistencyTest, nees_test, nis_test
 from .learning import learned
 from .rows import failed_rows, innovations_of
@@ -31,7 +32,8 @@ class Verdict:
         checks: every check made, whatever came of it.
         facts: counts and shares worth knowing.
         problems: what is wrong, in words; empty unless `consistent` is False.
-        warnings: of the run; signals that the filter no longer follows, and parameters of which nothing was learned.
+        warnings: of the run; signals that the filter no longer follows, parameters of which nothing was learned, noise that
+            was given up.
     """
 
     consistent: bool | None
@@ -88,7 +90,11 @@ def verdict(result: Result, level: float = 0.99) -> Verdict:
         problems.append(f"{failed.sum()} of {rows} rows failed, first at t = {result.t[k]:.6g} s: {why}")
     consistent = False if problems else checks[0].passed
     facts = (*_band_facts(bands), *_count_facts(result, rows), *_bias_facts(checks))
-    told = [each.warning for each in (*weighing(result), *learned(result), *aiding_use(result)) if each.warning]
+    told = [
+        each.warning
+        for each in (*weighing(result), *learned(result), *aiding_use(result), *adaptations(result))
+        if each.warning
+    ]
     return Verdict(consistent, tuple(checks), facts, tuple(problems), (*result.warnings, *told))
 
 

@@ -3,6 +3,7 @@
 from .checks import check_covariance
 from .products import congruence, joseph, product, symmetrize, times_inverse
 from .psd import inverse_lower, root, root_and_inverse
+from .stationary import stationary_gain
 from .stats import chi_square_quantile, gaussian_log_density
 from .triangular import downdate, triangularize
 from .whitening import whitening_root
@@ -18,6 +19,7 @@ __all__ = [
     "product",
     "root",
     "root_and_inverse",
+    "stationary_gain",
     "symmetrize",
     "times_inverse",
     "triangularize",

@@ -55,7 +55,8 @@ class Capped(AbstractNoise):
         room = jnp.where(limited, 1.0 / jnp.where(limited, precisions, 1.0) - variances, jnp.inf)
         room = jnp.maximum(room, 0.0).astype(Q.dtype)
         share = jnp.where(wanted > room, room / jnp.where(wanted > 0, wanted, 1.0), 1.0)
-        scale = jnp.sqrt(share)
+        # Where nothing is let through, the root has no derivative.
+        scale = jnp.where(share > 0, jnp.sqrt(jnp.where(share > 0, share, 1.0)), 0.0)
         return scale[:, None] * Q * scale[None, :]
 
     def measurement(self, carry: Any, R: Float[Array, "m m"]) -> Float[Array, "m m"]:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeVar
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -12,6 +14,9 @@ from ..errors import ConfigError, did_you_mean
 from ..models import AbstractModel
 from ..updates import Update
 from .base import AbstractNoise
+from .nominal import Nominal
+
+Tree = TypeVar("Tree")
 
 
 class Scaled(AbstractNoise):
@@ -61,3 +66,41 @@ def _factors(role: str, given: dict[str, float], names: Sequence[str]) -> Float[
         if name not in names:
             raise ConfigError(f"{role}: {name!r} is not one of the model's; {did_you_mean(name, names)}")
     return jnp.array([given.get(name, 1.0) for name in names])
+
+
+def with_scaled_noise(estimator: Tree, states: Mapping[str, Any], outputs: Mapping[str, Any]) -> Tree:
+    """The estimator with the model's noise scaled in every filter within it, beneath all that its noise laws do.
+
+    Factors that a `Scaled` in it has already are multiplied, so that the members of a bank stay as far apart as they are.
+
+    Args:
+        estimator: a filter, a bank of them, or anything built around one.
+        states: factors on the standard deviations of Q, by the name of a state, as the covariance writes it.
+        outputs: factors on those of R, by the name of an output.
+
+    Raises:
+        ConfigError: there is no noise law in it that could be scaled.
+
+    Example:
+        >>> import gainful as gf
+        >>> with_scaled_noise(gf.kalman_filter(), {"x": 2.0}, {}).noise
+        Scaled(states={'x': 2.0}, outputs={})
+    """
+    if not any(map(_bottom, jax.tree.leaves(estimator, is_leaf=_bottom))):
+        raise ConfigError(f"estimator: expected one with a noise law to scale, got a {type(estimator).__name__}")
+
+    def scaled(leaf: Any) -> Any:
+        if not _bottom(leaf):
+            return leaf
+        own = leaf if isinstance(leaf, Scaled) else Scaled()
+        return Scaled(_multiplied(own.states, states), _multiplied(own.outputs, outputs))
+
+    return jax.tree.map(scaled, estimator, is_leaf=_bottom)
+
+
+def _bottom(part: Any) -> bool:
+    return isinstance(part, (Nominal, Scaled))
+
+
+def _multiplied(own: Mapping[str, Any], more: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: own.get(name, 1.0) * more.get(name, 1.0) for name in {**own, **more}}

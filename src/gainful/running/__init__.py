@@ -11,6 +11,7 @@ from .disturbances import (
     StudentTNoise,
 )
 from .drawing import draw, draw_log
+from .fitting import FittedEntry, NoiseEntry, NoiseFit, fit_noise
 from .fixed_lag import fixed_lag
 from .log import Log, make_log, split_long_steps
 from .loop import Observer, Rates, Simulated
@@ -25,10 +26,13 @@ __all__ = [
     "AbstractDisturbance",
     "AbstractPlant",
     "Drawn",
+    "FittedEntry",
     "GaussianMixture",
     "GaussianNoise",
     "ImpulseBursts",
     "Log",
+    "NoiseEntry",
+    "NoiseFit",
     "Observer",
     "Rates",
     "Reading",
@@ -39,6 +43,7 @@ __all__ = [
     "Timing",
     "draw",
     "draw_log",
+    "fit_noise",
     "fixed_lag",
     "log_likelihood",
     "make_log",

@@ -16,6 +16,8 @@ from .online_gate import OnlineGate, Usefulness
 from .robust import MasreliezMartin
 from .strong_tracking import StrongTracking
 from .student_t import StudentT
+from .variational_covariances import VariationalCovariances
+from .variational_noise import VariationalNoise
 from .weighted_likelihood import WeightedLikelihood
 
 __all__ = [
@@ -43,6 +45,8 @@ __all__ = [
     "Update",
     "UpdateFeatures",
     "Usefulness",
+    "VariationalCovariances",
+    "VariationalNoise",
     "WeightedLikelihood",
     "huber_fisher_information",
     "huber_psi",
