@@ -9,8 +9,8 @@ import numpy as np
 from ..errors import Status
 from ..running import Result
 from .accuracy import coverage
-from .aiding import aiding_use
 from .adaptation import adaptations
+from .aiding import aiding_use
 from .consistency import ConsistencyTest, nees_test, nis_test
 from .learning import learned
 from .rows import failed_rows, innovations_of
