@@ -125,9 +125,9 @@ def position_errors(result, start):
     return [float(off[told[np.searchsorted(result.t[told], start + after, side="right") - 1]]) for after in AFTER]
 
 
-def errors(folder, names=tuple(CONTENDERS), starts=STARTS):
+def errors(drive, names=tuple(CONTENDERS), starts=STARTS):
     """Position errors [m], one row per contender, outage and time into it."""
-    drive, rows = Drive(folder), []
+    rows = []
     for name in names:
         for start in starts:
             found = position_errors(drive.run(CONTENDERS[name], start), start)
@@ -155,12 +155,8 @@ def difference(table, first, second, after):
 
 PAIRS = (
     ("no wheels, nothing learned", "wheels, nothing learned"),
-    ("no wheels, gyro and mount", "wheels, gyro and mount"),
-    ("no wheels, nothing learned", "no wheels, gyro and mount"),
-    ("wheels, nothing learned", "wheels, gyro and mount"),
     ("wheels, nothing learned", "wheels, wheel offset"),
     ("wheels, wheel offset", "wheels, gyro, mount and wheel offset"),
-    ("wheels, gyro and mount", "wheels, gyro, mount and wheel offset"),
     ("wheels, gyro, mount and wheel offset", "wheels, gyro, mount and wheel scale"),
     ("wheels, gyro, mount and wheel offset", "wheels, all with both scales"),
     ("wheels, gyro, mount and wheel offset", "wheels, gyro, mount and a line"),
@@ -169,7 +165,7 @@ PAIRS = (
 
 
 def main(folder):
-    table = errors(folder)
+    table = errors(Drive(folder))
     print("position errors over the outages [m]: median, smallest, largest")
     print(spread(table).round(2).unstack().to_string())
     print("\ndifferences of errors over the same outages [m], 95 % half widths, share of outages with that sign")

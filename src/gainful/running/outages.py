@@ -6,8 +6,6 @@ import dataclasses
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
 from ..errors import ConfigError, did_you_mean
 from ..models import AbstractModel
 from .log import Log
