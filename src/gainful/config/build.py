@@ -69,7 +69,7 @@ def build_model(section: ModelSection, base: Path) -> AbstractModel:
 
 
 def build_filter(config: EstimateConfig, model: AbstractModel, base: Path | None = None) -> AbstractEstimator:
-    """The filter of a configuration: with its noise law and update, gated and aided where the options ask, watching.
+    """The filter of a configuration: with its noise law and update, gated and aided where asked, watching the parameters.
 
     Args:
         config: the configuration.
