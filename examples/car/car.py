@@ -8,7 +8,8 @@ import gainful as gf
 def rate(x, u, t, p):
     """The car drives along its course (clockwise from north) and turns at the gyro's rate; speed wanders."""
     speed, direction = x[3], x[2] + p["mount"]
-    return jnp.array([speed * jnp.sin(direction), speed * jnp.cos(direction), u[0], 0.0])
+    turn = u[0] / (1.0 + p["gyro_scale"])
+    return jnp.array([speed * jnp.sin(direction), speed * jnp.cos(direction), turn, 0.0])
 
 
 def position(x, u, t):
@@ -21,9 +22,9 @@ def course(x, u, t, p):
     return x[2:3] + p["mount"]
 
 
-def wheel(x, u, t):
+def wheel(x, u, t, p):
     """Wheel speed [m/s]."""
-    return x[3:4]
+    return (1.0 + p["wheel_scale"]) * x[3:4]
 
 
 def model(position_sigma=0.15, course_sigma=0.007, wheel_sigma=0.03, acceleration_density=1.0, turn_density=1e-5):
@@ -47,5 +48,5 @@ def model(position_sigma=0.15, course_sigma=0.007, wheel_sigma=0.03, acceleratio
         inputs={"turn_rate": "rad/s"},
         Q=[1e-3, 1e-3, turn_density, acceleration_density],
         sensors=sensors,
-        parameters={"mount": 0.0},
+        parameters={"mount": 0.0, "wheel_scale": 0.0, "gyro_scale": 0.0},
     )

@@ -6,8 +6,9 @@ import pytest
 
 import gainful as gf
 from gainful.errors import ConfigError, DataError, MissingExtraError, UnitError
-from gainful.io import convert, read_table
+from gainful.io import Outage, convert, read_table
 from gainful.plants import attitude_kinematics, planar_vehicle
+from gainful.running import with_outage
 
 from .problems import walk
 
@@ -537,3 +538,37 @@ def test_reading_without_pandas_names_the_extra(monkeypatch, put, read):
     monkeypatch.setitem(__import__("sys").modules, "pandas", None)
     with pytest.raises(MissingExtraError, match=r"gainful\[io\]"):
         read()
+
+
+# ---------------------------------------------------------------- outages
+
+
+def test_an_outage_leaves_out_what_it_names_from_its_start_to_before_its_stop_and_counts_it(put, read):
+    put("t,x,z\n0,1,1\n1,2,2\n2,,3\n3,4,4\n4,5,5\n")
+    two = walk(H=[[1.0], [1.0]], outputs=["y", "z"], R=[1.0, 1.0])
+    sources = {"outputs": {"y": "x", "z": "z"}}
+    log = read(two, **sources, outages=[Outage(["y"], 1.0, 4.0), Outage(["y", "z"], 4.0)])
+    assert log.seen.tolist() == [[True, True], [False, True], [False, True], [False, True], [False, False]]
+    # The gap in the file is the record's own and not the outage's.
+    assert log.missing == read(two, **sources).missing == {"y": 1, "z": 0}
+    assert log.counts == {"y left out in an outage": 3, "z left out in an outage": 1}
+
+
+def test_an_outage_of_a_measured_attitude_takes_its_three_angles():
+    model = attitude_kinematics()
+    log = gf.make_log(model, [0.0, 1.0], [[0.0, 0.0, 0.0, 1.0]] * 2, np.zeros((2, 3)))
+    (name,) = {each.removesuffix("_x") for each in model.output.names if each.endswith("_x")}
+    cut = with_outage(log, model, [name], 1.0)
+    assert cut.seen.tolist() == [[True] * 3, [False] * 3]
+    assert cut.counts == {f"{name} left out in an outage": 1}
+
+
+def test_an_outage_of_nothing_or_backwards_or_of_an_unknown_output_is_refused(put, read):
+    put(HEADER + "0,1\n1,2\n")
+    for outage, told in (
+        (Outage([], 0.0), "outages: outputs: expected at least one, got none"),
+        (Outage(["z"], 0.0), "outages: outputs: 'z' is not an output of the model"),
+        (Outage(["y"], 1.0, 1.0), "outages: stop: expected a time after the start at 1 s, got 1 s"),
+    ):
+        with pytest.raises(ConfigError, match=told):
+            read(outages=[outage])

@@ -4,7 +4,7 @@ from .artefacts import load_part, save_part
 from .equation_units import parameter_units
 from .recordings import Resample, read_recording
 from .records import read_log
-from .source import Column, LocalFrame, Source
+from .source import Column, LocalFrame, Outage, Source
 from .tables import Table, read_table
 from .units import convert
 from .writing import check_folder, whole_folder
@@ -12,6 +12,7 @@ from .writing import check_folder, whole_folder
 __all__ = [
     "Column",
     "LocalFrame",
+    "Outage",
     "Resample",
     "Source",
     "Table",

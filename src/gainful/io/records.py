@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +11,10 @@ import numpy as np
 
 from ..errors import ConfigError, DataError, did_you_mean
 from ..models import AbstractModel
-from ..running import Log, make_log
+from ..running import Log, make_log, with_outage
 from ..spaces import AbstractSpace, Circle
 from .series import Reader, Series, merge_duplicates
-from .source import Column, Source
+from .source import Column, Outage, Source
 
 _TRUTH_GAP = 5.0
 """Truth is interpolated across gaps of up to this many of its median steps."""
@@ -66,7 +67,17 @@ def read_log(model: AbstractModel, source: Source, base: Path | str = ".") -> Lo
         # A quaternion's four numbers are three degrees of freedom.
         missing |= {next(names): gaps for _ in range(3 if len(units) == 4 else 1)}
     found = {name: count for name, count in counts.items() if count}
-    return dataclasses.replace(log, counts=log.counts | found, missing=missing)
+    log = dataclasses.replace(log, counts=log.counts | found, missing=missing)
+    for outage in source.outages:
+        log = _without(log, model, outage)
+    return log
+
+
+def _without(log: Log, model: AbstractModel, outage: Outage) -> Log:
+    try:
+        return with_outage(log, model, outage.outputs, outage.start, math.inf if outage.stop is None else outage.stop)
+    except ConfigError as problem:
+        raise ConfigError(f"outages: {problem}") from problem
 
 
 def signal_groups(space: AbstractSpace) -> dict[str, tuple[slice, tuple[str, ...]]]:

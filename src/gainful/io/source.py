@@ -63,6 +63,23 @@ class LocalFrame:
 
 
 @dataclasses.dataclass(frozen=True)
+class Outage:
+    """A time in which some outputs are left out on purpose, to see how far the estimates get without.
+
+    Attributes:
+        outputs: names of the outputs.
+        start: first time without them [s].
+        stop: first time with them again [s]; the record's end if none.
+    """
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = {"extra": "forbid"}
+
+    outputs: list[str]
+    start: float
+    stop: float | None = None
+
+
+@dataclasses.dataclass(frozen=True)
 class Source:
     """A record in files.
 
@@ -81,6 +98,7 @@ class Source:
         start: leave out rows before this time [s].
         stop: leave out rows after this time [s].
         local: geodetic columns turned into metres.
+        outages: times in which outputs are left out on purpose.
     """
 
     __pydantic_config__: ClassVar[dict[str, Any]] = {"extra": "forbid"}
@@ -98,6 +116,7 @@ class Source:
     start: float | None = None
     stop: float | None = None
     local: list[LocalFrame] = dataclasses.field(default_factory=list)
+    outages: list[Outage] = dataclasses.field(default_factory=list)
 
     def __post_init__(self) -> None:
         for role in ("outputs", "inputs", "truth"):

@@ -15,6 +15,7 @@ from .fitting import FittedEntry, NoiseEntry, NoiseFit, fit_noise
 from .fixed_lag import fixed_lag
 from .log import Log, make_log, split_long_steps
 from .loop import Observer, Rates, Simulated
+from .outages import with_outage
 from .plant import AbstractController, AbstractPlant, Reading
 from .prior import make_prior
 from .result import Result, Timing
@@ -55,4 +56,5 @@ __all__ = [
     "simulate",
     "smooth",
     "split_long_steps",
+    "with_outage",
 ]
