@@ -39,6 +39,8 @@ from gainful.networks import (
     AffineMap,
     AffineTraining,
     CMACTraining,
+    HarmonicMap,
+    HarmonicTraining,
     MultilayerPerceptron,
     PerceptronTraining,
     zero_map,
@@ -128,6 +130,7 @@ TRAININGS: dict[type, list[AbstractTraining]] = {
         CMACTraining(levels=20, layers=4, least_visits=0, groups=((0,), (1, 2)), method="ridge", compress="none"),
         CMACTraining(levels=20, layers=4, least_visits=0, table="hashed", cells=64),
     ],
+    HarmonicTraining: [HarmonicTraining(), HarmonicTraining(1)],
     PerceptronTraining: [
         PerceptronTraining((3,), iterations=5),
         PerceptronTraining((3, 2), method="sgd", epochs=1),
@@ -149,6 +152,7 @@ def _one_of(network: AffineMap) -> AffineMap:
 NETWORKS: dict[type, list[AbstractNetwork]] = {
     AffineMap: [_trained(each) for each in TRAININGS[AffineTraining]],
     CMAC: [_trained(each) for each in TRAININGS[CMACTraining]],
+    HarmonicMap: [_trained(each) for each in TRAININGS[HarmonicTraining]],
     MultilayerPerceptron: [_trained(each) for each in TRAININGS[PerceptronTraining]],
 }
 
