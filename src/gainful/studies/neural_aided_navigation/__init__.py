@@ -57,7 +57,7 @@ def study() -> Study:
             "The sign of the correction, the learning rate in the credit rule and the constants of the plain rule are lost in "
             "print; credit is given after use.",
             "At a steady gain all that the network is told are functions of the one innovation.",
-            "Networks and noise are learned from 40 and 8 records that no contender is judged on, anew in every "
+            "Networks and noise are learned from 40 and up to 12 records that no contender is judged on, anew in every "
             "study; another 30 set the gates. Their random keys do not depend on the seed that is asked for.",
             "The vehicle's readings of one moment are used together, by one linearisation.",
         ),

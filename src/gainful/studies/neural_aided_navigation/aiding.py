@@ -66,6 +66,8 @@ class Recipe:
 
 
 FINE = CMAC_PRESETS["fine"]
+TUNED = dataclasses.replace(FINE, cells=2**16)
+"""The same where the gain varies at the start, which makes a table of all tiles too large; few of its cells are reached."""
 RECIPES = {
     "BP, SGD": Recipe(PerceptronTraining(method="sgd")),
     "BP, L-BFGS": Recipe(PerceptronTraining()),
@@ -77,7 +79,7 @@ RECIPES = {
     "CMAC, leaky innovation": Recipe(CMACTraining(groups=((0, 2),)), LEAKY),
     "CMAC, history": Recipe(CMACTraining(groups=PAIRS), HISTORY),
     "CMAC, fed back": Recipe(CMACTraining(), feedback=True),
-    "KF, ML + CMAC": Recipe(FINE, tuned=True),
+    "KF, ML + CMAC": Recipe(TUNED, tuned=True),
     "KF, ML + CMAC, history": Recipe(CMACTraining(groups=PAIRS), HISTORY, tuned=True),
     "KF, ML + MLP, history": Recipe(PerceptronTraining(hidden=(16,)), HISTORY, tuned=True),
     "CMAC, reference": Recipe(FINE, teacher="reference"),

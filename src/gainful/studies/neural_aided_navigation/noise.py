@@ -15,8 +15,8 @@ from ...running import fit_noise
 from ...updates import MasreliezMartin
 from .records import WIDE, lessons, priors
 
-FITTED = 8
-"""Records that noise is fitted to."""
+FITTED, FITTED_ROBUSTLY = 12, 6
+"""Records that noise is fitted to; a filter that doubts readings takes longer over each."""
 FLOOR = 0.05
 """Least standard deviation over that of the design: 0.02 m for a fix, which such records hardly tell from none."""
 KNOWN = ("matched", "calibrated", "bias")
@@ -68,11 +68,12 @@ def fitted_to_truth(scenario: str) -> Belief:
 @functools.cache
 def _fitted(scenario: str, method: str, *, robust: bool = False) -> Belief:
     estimator = robust_filter() if robust else kalman_filter()
+    count = FITTED_ROBUSTLY if robust else FITTED
     found = fit_noise(
         estimator,
         Belief().model,
-        priors(scenario)[:FITTED],
-        lessons(scenario)[1][:FITTED],
+        priors(scenario)[:count],
+        lessons(scenario)[1][:count],
         method=method,
         held_out=0.0,
         skip=2 if method == "ml" else 20,
