@@ -200,7 +200,7 @@ def figures(outcome: Outcome) -> list[Chart]:
 
 CLAIMS = (
     Claim(
-        "better where noise is not known (C7)",
+        "unknown noise (C7)",
         "Where the noise is not known the aided filter is better than the filter.",
         "the paper's conclusion",
         (
@@ -218,7 +218,7 @@ CLAIMS = (
         },
     ),
     Claim(
-        "history for manoeuvres",
+        "manoeuvres",
         "Told the history of innovations, a network beside the tuned filter is better than all that adapt where a body "
         "manoeuvres.",
         "not in the paper",
@@ -228,7 +228,7 @@ CLAIMS = (
         ),
     ),
     Claim(
-        "history for noise that changes",
+        "changing noise",
         "Told the history of innovations, it is as good as a bank of filters where noise changes, and better "
         "than the tuned filter.",
         "not in the paper",

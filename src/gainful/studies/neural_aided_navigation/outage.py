@@ -195,7 +195,7 @@ CLAIMS = (
         ),
     ),
     Claim(
-        "most of it is the compass",
+        "mostly the compass",
         "A deviation curve of five numbers alone captures most of the gain.",
         "not in the paper",
         (_ratio(CURVE, COMPASS, 120.0, below(0.5)), _ratio(CMAC_ONE, CURVE, 120.0, above(0.6))),

@@ -228,7 +228,7 @@ CLAIMS = (
         },
     ),
     Claim(
-        "better than a perceptron (C3)",
+        "beats BP (C3)",
         "The CMAC is more precise than a perceptron trained by back-propagation (BP).",
         "0.0101 against 0.0185 m^2, 0.0122 against 0.0253 m^2/s^2",
         tuple(
@@ -243,7 +243,7 @@ CLAIMS = (
         },
     ),
     Claim(
-        "a fed-back correction",
+        "fed back",
         "Fed back, the correction comes close to the tuned filter; open loop it cannot.",
         "not in the paper, whose correction is an output as far as it can be read",
         (
@@ -254,7 +254,7 @@ CLAIMS = (
         {"partly": "It takes either feedback or a memory of innovations."},
     ),
     Claim(
-        "tuned, nothing is left to learn",
+        "beside tuned noise",
         "Beside a filter with the right noise a network gains nothing.",
         "not in the paper",
         (

@@ -65,7 +65,7 @@ CLAIMS = (
         {"partly": "Not the smoother of the design filter, which passes its own errors on."},
     ),
     Claim(
-        "flattered by its own record",
+        "its own record",
         "A network judged on the record it was taught with is no better there than on others.",
         "the paper does not say on which record it judges",
         (ratio("speed", "one record", NEW, SAME, below(1.1)),),

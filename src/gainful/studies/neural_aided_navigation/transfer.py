@@ -118,7 +118,7 @@ def figures(outcome: Outcome) -> list[Chart]:
 
 CLAIMS = (
     Claim(
-        "adaptive to disturbances (C6)",
+        "adapts (C6)",
         "The trained CMAC adapts the filter to disturbances it was not trained for.",
         "in words",
         tuple(
@@ -131,7 +131,7 @@ CLAIMS = (
         },
     ),
     Claim(
-        "generalises better (C4)",
+        "generalises (C4)",
         "The CMAC generalises better than a perceptron.",
         "in words",
         tuple(
