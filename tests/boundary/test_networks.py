@@ -10,7 +10,15 @@ import pytest
 import gainful as gf
 from gainful.aiding import SensorMap, validation_gate
 from gainful.errors import ConfigError, DataError, GainfulError, ShapeError
-from gainful.networks import CMAC, AffineTraining, CMACTraining, PerceptronTraining, make_tiling, zero_map
+from gainful.networks import (
+    CMAC,
+    AffineTraining,
+    CMACTraining,
+    HarmonicTraining,
+    PerceptronTraining,
+    make_tiling,
+    zero_map,
+)
 from gainful.updates import Context, Corrected, InnovationHistory, OnlineGate
 
 KEY = jax.random.key(0)
@@ -54,6 +62,7 @@ MISTAKES: list[tuple[Callable[[], object], type[GainfulError], str]] = [
     (lambda: PerceptronTraining(hidden=()), ConfigError, "hidden: expected whole numbers of at least 1, got ()"),
     (lambda: PerceptronTraining(rate=0.0), ConfigError, "rate: expected a number above 0, got 0.0"),
     (lambda: PerceptronTraining(method="adam"), ConfigError, "method: 'adam' is not known"),
+    (lambda: HarmonicTraining(0), ConfigError, "harmonics: expected a whole number of at least 1, got 0"),
     (lambda: AffineTraining()(LINE[:40], LINE[:40], key=KEY), DataError, "expected at least 50 examples for 1 outputs"),
     (lambda: AffineTraining()(LINE, LINE[:9], key=KEY), ShapeError, "got shapes (200, 1) and (9, 1)"),
     (lambda: AffineTraining()(LINE / 0.0, LINE, key=KEY), DataError, "inputs: expected finite numbers, got"),

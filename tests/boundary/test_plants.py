@@ -7,19 +7,24 @@ import pytest
 from gainful.errors import ConfigError, ModelError, NumericalError, ShapeError
 from gainful.faults import Bias, parameter_tracks, reflected_walk
 from gainful.plants import (
+    TRACK_SCENARIOS,
     MarineVehicle,
     SingleDofVehicle,
     VehicleStructure,
     bluerov2,
     design_excitation,
     drive_servo,
+    drive_vehicle,
     gravity_direction,
     hydraulic_servo,
     hydraulic_servo_reduced,
+    land_vehicle,
     multisine,
     prbs,
+    run_track,
     single_dof_vehicle,
     staircase,
+    track,
     vehicle_rows,
     weak_vehicle_rows,
 )
@@ -221,6 +226,14 @@ ATTEMPTS = [
     (lambda: drive([[1.0]]), ShapeError, "voltage: expected a vector, got shape (1, 1)"),
     (lambda: drive(parameters=jnp.ones(2)), ShapeError, "parameters: expected shape (2, 2), got (2,)"),
     (lambda: drive(plant="ful"), ModelError, "plant: 'ful' is not one; did you mean 'full'?"),
+    (lambda: track(fix_sigma=-1.0), ModelError, "fix_sigma: expected a standard deviation of at least 0, got -1.0"),
+    (
+        lambda: run_track(TRACK_SCENARIOS["matched"], key=KEY, rows=0),
+        ConfigError,
+        "rows: expected at least 1, got 0",
+    ),
+    (lambda: land_vehicle(gnss_sigmas=(1.0,)), ModelError, "gnss_sigmas: expected 2 numbers, got 1"),
+    (lambda: drive_vehicle(key=KEY, duration=0.5), ConfigError, "duration: expected at least 1 s, got 0.5"),
 ]
 
 

@@ -12,6 +12,8 @@ from gainful.networks import (
     AffineMap,
     AffineTraining,
     CMACTraining,
+    HarmonicMap,
+    HarmonicTraining,
     MultilayerPerceptron,
     PerceptronTraining,
 )
@@ -24,6 +26,7 @@ TRAININGS: dict[type, list[AbstractTraining]] = {
         CMACTraining(levels=20, layers=4, least_visits=0, groups=((0,), (1, 2)), method="ridge", compress="none"),
         CMACTraining(levels=20, layers=4, least_visits=0, table="hashed", cells=64),
     ],
+    HarmonicTraining: [HarmonicTraining(), HarmonicTraining(1)],
     PerceptronTraining: [
         PerceptronTraining((3,), iterations=5),
         PerceptronTraining((3, 2), method="sgd", epochs=1),
@@ -45,6 +48,7 @@ def one_of(network: AffineMap) -> AffineMap:
 NETWORKS: dict[type, list[AbstractNetwork]] = {
     AffineMap: [trained(each) for each in TRAININGS[AffineTraining]],
     CMAC: [trained(each) for each in TRAININGS[CMACTraining]],
+    HarmonicMap: [trained(each) for each in TRAININGS[HarmonicTraining]],
     MultilayerPerceptron: [trained(each) for each in TRAININGS[PerceptronTraining]],
 }
 

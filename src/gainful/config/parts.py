@@ -42,7 +42,7 @@ from ..linearization import (
     Taylor,
     Unscented,
 )
-from ..networks import AbstractTraining, AffineTraining, CMACTraining, PerceptronTraining
+from ..networks import AbstractTraining, AffineTraining, CMACTraining, HarmonicTraining, PerceptronTraining
 from ..noise import AbstractNoise, Capped, InnovationMatching, Nominal, SageHusa, Scaled
 from ..regression import (
     AbstractRowNoise,
@@ -112,7 +112,12 @@ KINDS: dict[type, dict[str, type]] = {
         "two_stage": TwoStage,
     },
     AbstractRowNoise: {"constant": ConstantRowNoise, "rate": RateRowNoise},
-    AbstractTraining: {"affine": AffineTraining, "cmac": CMACTraining, "perceptron": PerceptronTraining},
+    AbstractTraining: {
+        "affine": AffineTraining,
+        "cmac": CMACTraining,
+        "harmonic": HarmonicTraining,
+        "perceptron": PerceptronTraining,
+    },
     AbstractFeatures: {"context": Context, "history": InnovationHistory, "update": UpdateFeatures},
 }
 """Every part by what it is and what a table calls it."""

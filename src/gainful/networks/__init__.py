@@ -4,6 +4,7 @@ from .affine_map import AffineMap, AffineTraining, zero_map
 from .base import AbstractNetwork, AbstractTraining, TrainingReport
 from .cmac import CMAC, empty_cmac
 from .cmac_training import CMAC_PRESETS, CMACTraining, train_by_credit, train_by_least_squares
+from .harmonic_map import HarmonicMap, HarmonicTraining
 from .perceptron import MultilayerPerceptron
 from .perceptron_training import PerceptronTraining, make_perceptron, train_perceptron
 from .tiling import Tiling, make_tiling
@@ -16,6 +17,8 @@ __all__ = [
     "AffineMap",
     "AffineTraining",
     "CMACTraining",
+    "HarmonicMap",
+    "HarmonicTraining",
     "MultilayerPerceptron",
     "PerceptronTraining",
     "Tiling",

@@ -20,6 +20,9 @@ from .hydraulic_servo_parameters import HydraulicServoParameters
 from .hydraulic_servo_record import ServoRecord, drive_servo, interval_times, sample_times
 from .hydraulic_servo_reduced import ReducedHydraulicServo, hydraulic_servo_reduced
 from .kinematics import attitude_kinematics, constant_velocity, planar_vehicle
+from .land_vehicle import land_vehicle
+from .land_vehicle_drive import DriveRecord, drive_vehicle
+from .land_vehicle_errors import compass_deviation, lateral_speed, odometer_error
 from .marine_motion import MarineMotion
 from .marine_vehicle import MarineVehicle, bluerov2
 from .rigid_spacecraft import RigidSpacecraft, SpacecraftState
@@ -27,6 +30,8 @@ from .single_dof_vehicle import SingleDofVehicle, published_vehicle, single_dof_
 from .spacecraft_model import rigid_spacecraft, spacecraft_model
 from .target_tracking import fly, tracking_controller
 from .targets import AbstractTarget, SlewTarget, SwingTarget
+from .track import settled_track_covariance, track
+from .track_scenarios import TRACK_SCENARIOS, TrackRecord, TrackScenario, run_track
 from .vehicle_numbers import VehicleNumbers, gravity_direction
 from .vehicle_rows import vehicle_rows, weak_vehicle_rows
 from .vehicle_structure import VehicleStructure
@@ -37,16 +42,20 @@ CATALOGUE: dict[str, Callable[..., AbstractModel]] = {
     "constant_velocity": constant_velocity,
     "hydraulic_servo": hydraulic_servo,
     "hydraulic_servo_reduced": hydraulic_servo_reduced,
+    "land_vehicle": land_vehicle,
     "planar_vehicle": planar_vehicle,
     "rigid_spacecraft": rigid_spacecraft,
     "single_dof_vehicle": single_dof_vehicle,
+    "track": track,
 }
 """Ready models by the name a configuration uses."""
 
 __all__ = [
     "CATALOGUE",
+    "TRACK_SCENARIOS",
     "AbstractAttitudeForm",
     "AbstractTarget",
+    "DriveRecord",
     "ExcitationDesign",
     "HydraulicServo",
     "HydraulicServoParameters",
@@ -62,6 +71,8 @@ __all__ = [
     "SpacecraftState",
     "SwingTarget",
     "TargetAngles",
+    "TrackRecord",
+    "TrackScenario",
     "VehicleNumbers",
     "VehicleStructure",
     "Wheels",
@@ -69,10 +80,12 @@ __all__ = [
     "attitude_kinematics",
     "bluerov2",
     "chirp",
+    "compass_deviation",
     "constant_velocity",
     "dcm_to_euler312",
     "design_excitation",
     "drive_servo",
+    "drive_vehicle",
     "euler312_rates",
     "euler312_rates_inverse",
     "euler312_to_dcm",
@@ -83,7 +96,10 @@ __all__ = [
     "hydraulic_servo",
     "hydraulic_servo_reduced",
     "interval_times",
+    "land_vehicle",
+    "lateral_speed",
     "multisine",
+    "odometer_error",
     "orthogonal_axes",
     "planar_vehicle",
     "prbs",
@@ -91,10 +107,13 @@ __all__ = [
     "pyramid_axes",
     "quaternion_to_dcm",
     "rigid_spacecraft",
+    "run_track",
     "sample_times",
+    "settled_track_covariance",
     "single_dof_vehicle",
     "spacecraft_model",
     "staircase",
+    "track",
     "tracking_controller",
     "vehicle_rows",
     "weak_vehicle_rows",

@@ -7,6 +7,7 @@ from .experiment import Contender, Experiment, Quantity, Record
 from .figures import Band, Chart, Figure, Line, Panel, Table
 from .monte_carlo import Trace
 from .outcome import Outcome
+from .prepared import Prepared
 from .registry import STUDIES, Entry, find_study
 from .statistics import (
     Measured,
@@ -37,6 +38,7 @@ __all__ = [
     "Measured",
     "Outcome",
     "Panel",
+    "Prepared",
     "Quantity",
     "Record",
     "Study",

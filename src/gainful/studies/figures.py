@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -140,6 +140,13 @@ class Table:
                 raise ShapeError(
                     f"table {self.title!r}: expected {len(self.columns)} cells in each row, got {len(row)}"
                 )
+
+
+def curve(name: str, x: Float[np.ndarray, "n"], found: Sequence[Measured]) -> tuple[Band | Line, ...]:
+    """Numbers along an axis with their intervals."""
+    known = [each if np.isfinite(each.low) else Measured(each.value, each.value, each.value, 1) for each in found]
+    ends = [np.array([getattr(each, end) for each in known]) for end in ("low", "high")]
+    return Band(name, x, ends[0], ends[1], "95 % interval"), Line(name, x, np.array([each.value for each in known]))
 
 
 def heading(title: str, unit: str) -> str:

@@ -23,6 +23,10 @@ class Entry:
 
 
 STUDIES: dict[str, Entry] = {
+    "neural-aided-navigation": Entry(
+        "a navigation filter whose noise is not known, aided by networks, and the same filter tuned without them",
+        "gainful.studies.neural_aided_navigation:study",
+    ),
     "robust-joint-estimation": Entry(
         "states and parameters of a hydraulic servo axis by filters that withstand outliers, with jumps of the parameters",
         "gainful.studies.robust_joint_estimation:study",

@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from ...plants.hydraulic_servo_reduced import MEASUREMENT_SIGMAS
 from ..experiment import Record
-from ..figures import Band, Figure, Line, Panel, Table
+from ..figures import Figure, Line, Panel, Table
 from ..outcome import Outcome
 from ..statistics import Measured
 
@@ -67,13 +67,6 @@ def outliers(record: Record, sensor: int, rows: slice) -> Line:
     # Points with gaps between them are not joined.
     x = np.stack([t[chosen], t[chosen]], axis=1).ravel()
     return Line("gross errors", x, np.stack([y[chosen], np.full(len(chosen), np.nan)], axis=1).ravel())
-
-
-def curve(name: str, x: Float[np.ndarray, "n"], found: Sequence[Measured]) -> tuple[Band | Line, ...]:
-    """Numbers along an axis with their intervals."""
-    known = [each if np.isfinite(each.low) else Measured(each.value, each.value, each.value, 1) for each in found]
-    ends = [np.array([getattr(each, end) for each in known]) for end in ("low", "high")]
-    return Band(name, x, ends[0], ends[1], "95 % interval"), Line(name, x, np.array([each.value for each in known]))
 
 
 def _averaged(values: Float[np.ndarray, "T"]) -> Float[np.ndarray, "rows"]:

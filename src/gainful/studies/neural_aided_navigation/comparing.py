@@ -1,0 +1,85 @@
+"""Checks that the chapters' claims are made of, and tables that several of them show."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ..claims import Check, Tolerance
+from ..figures import Table
+from ..outcome import Outcome
+from ..statistics import Measured
+
+Published = Mapping[str, tuple[float, float]]
+"""Numbers of displacement and speed by contender."""
+
+
+def ratio(quantity: str, experiment: str, contender: str, over: str, expected: Tolerance) -> Check:
+    """The mean square error of one contender over that of another, on the same runs."""
+    return Check(
+        f"MSE of {quantity}, {contender} over {over}, {experiment}",
+        lambda outcome: outcome.ratio(experiment, quantity, contender, over=over),
+        expected,
+    )
+
+
+def mean(what: str, experiment: str, contender: str, quantity: str, expected: Tolerance) -> Check:
+    """The mean of a quantity."""
+    return Check(what, lambda outcome: outcome.mean(experiment, contender, quantity), expected)
+
+
+def compared(
+    outcome: Outcome, title: str, names: Sequence[str], columns: Sequence[tuple[str, str, str]], *, of: str = "filter"
+) -> Table:
+    """A table of contenders.
+
+    Args:
+        outcome: of the study.
+        title: what it shows.
+        names: of the contenders.
+        columns: heading, experiment and quantity of each.
+        of: what the rows are.
+    """
+    rows = tuple((name, *(cell(outcome, where, name, what) for _, where, what in columns)) for name in names)
+    return Table(title, (of, *(head for head, _, _ in columns)), rows)
+
+
+def cell(outcome: Outcome, experiment: str, contender: str, quantity: str) -> Measured | None:
+    """A number, or nothing where it has no meaning for the contender or there is no such contender."""
+    known = outcome.results[experiment].values.get(contender)
+    if known is None or np.isnan(known[quantity]).all():
+        return None
+    return outcome.summary(experiment, contender, quantity)
+
+
+def beside(
+    outcome: Outcome,
+    title: str,
+    experiment: str,
+    names: Sequence[str],
+    told: Published,
+    *,
+    paper: Published | None = None,
+) -> Table:
+    """Mean square errors, beside those of an independent program and of the paper.
+
+    Args:
+        outcome: of the study.
+        title: what it shows.
+        experiment: by name.
+        names: of the contenders.
+        told: by an independent program.
+        paper: in print.
+    """
+    heads: list[str] = ["filter"]
+    for state, unit in (("displacement", "m^2"), ("speed", "m^2/s^2")):
+        heads += [f"{state}, MSE [{unit}]", "independent program", *(["paper"] if paper else [])]
+    rows = []
+    for name in names:
+        row: list[object] = [name]
+        for k, state in enumerate(("displacement", "speed")):
+            row += [cell(outcome, experiment, name, state), told.get(name, (None, None))[k]]
+            row += [paper.get(name, (None, None))[k]] if paper else []
+        rows.append(tuple(row))
+    return Table(title, tuple(heads), tuple(rows))
