@@ -1,7 +1,9 @@
 """What every test shares: reproducible seeds, a cache of compiled programs, and how much of the product of parts to try."""
 
+import gc
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import hypothesis
 import jax
@@ -9,6 +11,7 @@ import numpy as np
 import pytest
 
 import gainful  # noqa: F401  # switches 64-bit numbers on before anything is traced
+from gainful.running import compiled
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -47,3 +50,18 @@ def rng(request: pytest.FixtureRequest, generator: Callable[[str], np.random.Gen
 def key(rng: np.random.Generator) -> jax.Array:
     """A JAX key of this test's own."""
     return jax.random.key(int(rng.integers(2**31)))
+
+
+MAPPED = 20_000
+"""Pieces of memory a process may have mapped before it lets go of its programs: a third of what Linux grants."""
+
+
+@pytest.fixture(autouse=True, scope="module")
+def room_for_programs() -> Iterator[None]:
+    """Compiled programs are let go of between files: each maps memory, and the compiler does not survive the system's limit."""
+    yield
+    maps = Path("/proc/self/maps")
+    if maps.exists() and maps.read_bytes().count(b"\n") > MAPPED:
+        compiled._executables.clear()
+        jax.clear_caches()
+        gc.collect()
