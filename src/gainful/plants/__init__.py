@@ -14,6 +14,9 @@ from .euler312 import (
 )
 from .excitation import chirp, multisine, prbs, staircase
 from .excitation_design import ExcitationDesign, design_excitation
+from .flexible_spacecraft import DisturbanceTorque, FlexibleSpacecraft
+from .flexible_spacecraft_model import flexible_spacecraft, flexible_spacecraft_model
+from .flexible_structure import FlexibleState, FlexibleStructure, Modes
 from .fourier_excitation import fourier_excitation
 from .hydraulic_servo import HydraulicServo, hydraulic_servo
 from .hydraulic_servo_parameters import HydraulicServoParameters
@@ -40,6 +43,7 @@ from .wheels import Wheels, orthogonal_axes, pyramid_axes
 CATALOGUE: dict[str, Callable[..., AbstractModel]] = {
     "attitude_kinematics": attitude_kinematics,
     "constant_velocity": constant_velocity,
+    "flexible_spacecraft": flexible_spacecraft,
     "hydraulic_servo": hydraulic_servo,
     "hydraulic_servo_reduced": hydraulic_servo_reduced,
     "land_vehicle": land_vehicle,
@@ -55,13 +59,18 @@ __all__ = [
     "TRACK_SCENARIOS",
     "AbstractAttitudeForm",
     "AbstractTarget",
+    "DisturbanceTorque",
     "DriveRecord",
     "ExcitationDesign",
+    "FlexibleSpacecraft",
+    "FlexibleState",
+    "FlexibleStructure",
     "HydraulicServo",
     "HydraulicServoParameters",
     "InertialQuaternion",
     "MarineMotion",
     "MarineVehicle",
+    "Modes",
     "OrbitAngles",
     "ReducedHydraulicServo",
     "RigidSpacecraft",
@@ -90,6 +99,8 @@ __all__ = [
     "euler312_rates_inverse",
     "euler312_to_dcm",
     "euler312_to_quaternion",
+    "flexible_spacecraft",
+    "flexible_spacecraft_model",
     "fly",
     "fourier_excitation",
     "gravity_direction",
