@@ -49,8 +49,9 @@ def base_unit(value: Any) -> str:
 
 
 def _parsed(name: str, signal: str) -> Any:
+    registry = _registry()
     try:
-        return _registry().Unit("dimensionless" if name == "1" else name)
+        return registry.Unit("dimensionless" if name == "1" else name)
     except Exception as problem:  # pint raises a different class for each way a unit can be wrong
         reason = f": {problem}" if str(problem) else ""
         raise UnitError(f"signal {signal!r}: {name!r} is not a unit{reason}") from problem
