@@ -231,7 +231,8 @@ def test_a_part_written_down_is_the_same_part(slot, kind):
         assert chosen.estimate is KINDS[slot][kind]
         assert dump_part(chosen)["estimate"] == kind
         return
-    part = make_part(slot, kind, "here")
+    needed = {"context": {"signals": ["t"]}}  # of parts that cannot be without
+    part = make_part(slot, {"kind": kind} | needed.get(kind, {}), "here")
     assert type(part) is KINDS[slot][kind]
     assert make_part(slot, dump_part(part), "here") == part
 

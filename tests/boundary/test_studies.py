@@ -104,7 +104,7 @@ MESSAGES = [
     (
         lambda: Quantity("q", "Q", statistic="mode"),
         ConfigError,
-        "quantity 'q': statistic 'mode' is not known; known: mean, median, share",
+        "quantity 'q': statistic 'mode' is not known; known: mean, median, rms, share",
     ),
     (
         lambda: experiment(contenders={}),
