@@ -1,6 +1,7 @@
 """Control laws."""
 
 from ..running.plant import AbstractController, Reading
+from .adaptive_inverse import AdaptiveInverseController, AdaptiveMemory, AdaptiveReport
 from .allocation import Adjustment, allocate_torque
 from .base import AbstractAttitudeReference
 from .commands import AbstractCommand, FollowReference, RateCommand
@@ -30,6 +31,9 @@ __all__ = [
     "AbstractController",
     "AbstractReconfiguration",
     "AbstractReference",
+    "AdaptiveInverseController",
+    "AdaptiveMemory",
+    "AdaptiveReport",
     "Adjustment",
     "AngleState",
     "ErrorMoments",
