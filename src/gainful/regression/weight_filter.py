@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from ..errors import ConfigError, DataError, PrecisionError, ShapeError, did_you_mean
-from ..linalg import symmetrize, triangularize
+from ..linalg import triangularize
 
 FORMS = ("square_root", "covariance")
 FORGETS = ("everything", "direction")
@@ -45,7 +45,7 @@ class WeightState(eqx.Module):
     @property
     def trace(self) -> Float[Array, ""]:
         """Its trace, which winds up where old rows are forgotten and new ones tell nothing."""
-        return jnp.trace(self.spread) if self.form == "covariance" else jnp.sum(self.spread**2)
+        return _trace(self.spread) if self.form == "covariance" else jnp.sum(self.spread**2)
 
     @property
     def condition(self) -> Float[Array, ""]:
@@ -158,11 +158,17 @@ class WeightFilter(eqx.Module):
             spread = self._walked_root(self._faded(state.spread - share * jnp.outer(cross, across)))
         else:
             share = jnp.where(told > 0, (1.0 - left) / safe, 0.0)
-            spread = self._faded(symmetrize(state.spread - share * jnp.outer(cross, cross)))
+            # As symmetric as it was, to the last digit.
+            spread = self._faded(state.spread - share * jnp.outer(cross, cross))
             spread = spread + self.random_walk * jnp.eye(len(spread), dtype=spread.dtype)
         # A covariance form may lose its covariance to rounding; a root cannot.
-        sound = jnp.all(jnp.isfinite(spread)) & jnp.all(jnp.isfinite(weights))
-        sound = sound & (square_root | (jnp.all(jnp.diagonal(spread) > 0) & (told >= 0)))
+        sound = jnp.all(jnp.isfinite(weights)) & jnp.isfinite(told)
+        if square_root:
+            sound = sound & jnp.all(jnp.isfinite(spread))
+        else:
+            # No entry of a covariance is larger than those of its diagonal.
+            variances = jnp.diagonal(spread)
+            sound = sound & jnp.all(jnp.isfinite(variances) & (variances > 0)) & (told >= 0)
         kept = whole & sound
         spread = jnp.where(kept, spread, jnp.where(whole, self._prior(len(weights), weights.dtype), state.spread))
         after = WeightState(
@@ -197,7 +203,7 @@ class WeightFilter(eqx.Module):
         if self.forgets == "direction" or (_known(self.forgetting) and self.forgetting == 1):
             return spread
         square_root = self.form == "square_root"
-        trace = jnp.sum(spread**2) if square_root else jnp.trace(spread)
+        trace = jnp.sum(spread**2) if square_root else _trace(spread)
         growth = jnp.clip(self.trace_cap / trace, 1.0, 1.0 / self.forgetting)
         return spread * (jnp.sqrt(growth) if square_root else growth)
 
@@ -245,14 +251,31 @@ def fit_weights(
     whole = np.isfinite(np.concatenate([features, targets], axis=1)).all(axis=1)
     if not whole.any():
         raise DataError(f"features and targets: expected a row of finite numbers, got none in {len(features)}")
-    size, weight = features.shape[1], 1.0 / math.sqrt(noise_variance)
-    rows = weight * np.concatenate([features[whole], targets[whole]], axis=1)
-    prior = np.concatenate([np.eye(size) / math.sqrt(prior_variance), np.zeros((size, targets.shape[1]))], axis=1)
-    upper = jnp.linalg.qr(jnp.asarray(np.concatenate([rows, prior])), mode="r")
+    return ridge_weights(jnp.asarray(features), jnp.asarray(targets), prior_variance, noise_variance)
+
+
+def ridge_weights(
+    features: Float[Array, "N l"],
+    targets: Float[Array, "N outputs"],
+    prior_variance: float | Array = 1e4,
+    noise_variance: float | Array = 1e-4,
+) -> WeightState:
+    """`fit_weights` without its checks: pure, so that `jit` and `vmap` apply."""
+    whole = jnp.all(jnp.isfinite(features), axis=1) & jnp.all(jnp.isfinite(targets), axis=1)
+    size, rows = features.shape[1], jnp.concatenate([features, targets], axis=1)
+    # A row of zeros tells nothing.
+    rows = jnp.where(whole[:, None], rows, 0.0) / jnp.sqrt(noise_variance)
+    prior = jnp.concatenate([jnp.eye(size) / jnp.sqrt(prior_variance), jnp.zeros((size, targets.shape[1]))], axis=1)
+    upper = jnp.linalg.qr(jnp.concatenate([rows, prior]), mode="r")
     root = jax.scipy.linalg.solve_triangular(upper[:size, :size], jnp.eye(size))
     weights = jax.scipy.linalg.solve_triangular(upper[:size, :size], upper[:size, size:])
-    seen, skipped = jnp.asarray(whole.sum()), jnp.asarray((~whole).sum())
-    return WeightState(weights, root, seen, skipped, jnp.zeros((), int), "square_root")
+    counts = (jnp.sum(whole), jnp.sum(~whole), jnp.zeros((), int))
+    return WeightState(weights, root, *counts, "square_root")
+
+
+def _trace(matrix: Float[Array, "l l"]) -> Float[Array, ""]:
+    """The trace by its entries alone, where `jnp.trace` reads the whole matrix."""
+    return jnp.sum(jnp.diagonal(matrix))
 
 
 def _known(value: float | Array) -> bool:

@@ -27,6 +27,10 @@ STUDIES: dict[str, Entry] = {
         "a navigation filter whose noise is not known, aided by networks, and the same filter tuned without them",
         "gainful.studies.neural_aided_navigation:study",
     ),
+    "neural-inverse-control": Entry(
+        "a flexible spacecraft turned by the inverse of a network that learns, with its rivals, margins and guards",
+        "gainful.studies.neural_inverse_control:study",
+    ),
     "robust-joint-estimation": Entry(
         "states and parameters of a hydraulic servo axis by filters that withstand outliers, with jumps of the parameters",
         "gainful.studies.robust_joint_estimation:study",
