@@ -50,7 +50,9 @@ def test_every_term_of_a_rate_command_is_what_it_is_called(rng: np.random.Genera
     damped = plain + panel * (x[3:6] - resting @ SLEWS.target_acceleration(ahead))
     found = asked(RateCommand(T, SLEWS, 0.7, panel_gain=panel, quasi_static=resting), x)
     np.testing.assert_allclose(found, damped, rtol=1e-13)
-    np.testing.assert_allclose(asked(RateCommand(T, SLEWS, 0.7, panel_gain=jnp.diag(panel), quasi_static=resting), x), damped)
+    np.testing.assert_allclose(
+        asked(RateCommand(T, SLEWS, 0.7, panel_gain=jnp.diag(panel), quasi_static=resting), x), damped
+    )
     before = jnp.array([0.01, 0.02, -0.01])
     found = asked(RateCommand(T, SLEWS, 0.7, contraction=0.4), x, carry=before)
     np.testing.assert_allclose(found, plain + 0.6 * (rate - before), rtol=1e-13)

@@ -102,6 +102,15 @@ def test_without_damping_an_affine_map_takes_one_sweep(H: jnp.ndarray) -> None:
     np.testing.assert_allclose(found.u, wanted, rtol=1e-10)
 
 
+def test_what_no_input_can_reach_does_not_keep_it_from_the_rest(H: jnp.ndarray, rng: np.random.Generator) -> None:
+    target = 5.0 * rng.normal(size=5)
+    W = np.diag([1.0, 2.0, 0.5, 1.0, 0.0])
+    best = np.linalg.solve(H.T @ W @ H, H.T @ W @ (target - 0.3))
+    found = on(H, target, sweeps=8)
+    assert found.cost[-1] > 0.1
+    np.testing.assert_allclose(found.u, best, rtol=1e-9)
+
+
 def test_a_bent_map_is_inverted_and_its_sensitivity_told() -> None:
     wanted = jnp.array([0.9, -0.4])
     found = Inversion(jnp.ones(2), sweeps=8)(bent, bent(wanted), jnp.zeros(2))
@@ -114,7 +123,9 @@ def test_a_bent_map_is_inverted_and_its_sensitivity_told() -> None:
 def test_an_input_at_its_limit_leaves_the_rest_to_the_others() -> None:
     H = jnp.array([[1.0, 0.5], [0.5, 1.0]])
     target = jnp.array([2.0, 0.0])
-    found = Inversion(jnp.ones(2), sweeps=6, damping=0.0, limit=jnp.array([1.0, 3.0]))(lambda u: H @ u, target, jnp.zeros(2))
+    found = Inversion(jnp.ones(2), sweeps=6, damping=0.0, limit=jnp.array([1.0, 3.0]))(
+        lambda u: H @ u, target, jnp.zeros(2)
+    )
     best = H[:, 1] @ (target - H[:, 0]) / (H[:, 1] @ H[:, 1])
     np.testing.assert_allclose(found.u, [1.0, best], atol=1e-9)
     assert found.saturated.tolist() == [True, False]

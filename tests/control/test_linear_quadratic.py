@@ -72,7 +72,9 @@ def test_the_regulator_of_a_double_integrator_is_optimal(rng: np.random.Generato
 
     least = cost(K)
     assert least == pytest.approx(start @ P @ start, rel=1e-10)
-    assert all(cost(K + step) > least for step in 0.01 * np.array([[[1.0, 0.0]], [[-1.0, 0.0]], [[0.0, 1.0]], [[0.0, -1.0]]]))
+    assert all(
+        cost(K + step) > least for step in 0.01 * np.array([[[1.0, 0.0]], [[-1.0, 0.0]], [[0.0, 1.0]], [[0.0, -1.0]]])
+    )
 
 
 def test_an_integral_leaves_no_lasting_error() -> None:

@@ -34,7 +34,7 @@ def test_angles_and_quaternions_are_one_attitude(rng: np.random.Generator) -> No
     np.testing.assert_allclose(quaternion_to_euler321(q), angles, atol=1e-14)
     np.testing.assert_allclose(quaternion_to_euler321(-q), angles, atol=1e-14)
     # The body's x axis points where yaw and pitch say.
-    roll, pitch, yaw = np.asarray(angles)
+    _, pitch, yaw = np.asarray(angles)
     ahead = [np.cos(pitch) * np.cos(yaw), np.cos(pitch) * np.sin(yaw), -np.sin(pitch)]
     np.testing.assert_allclose(rotate(q, jnp.array([1.0, 0.0, 0.0])), ahead, atol=1e-14)
     # Rates of the angles are those of the quaternion.
@@ -72,7 +72,9 @@ def test_rates_and_accelerations_are_the_derivatives_they_are_called(slews: Quin
         # Third derivatives of at most 60 * 0.35 / 30^3 times h^2 / 6, and rounding over h.
         np.testing.assert_allclose(found, jax.vmap(slope)(t), atol=1e-10)
     q, w = jax.vmap(slews.attitude)(t), jax.vmap(slews.target_rate)(t)
-    turned = jax.vmap(Quaternion("q").minus)(jax.vmap(slews.attitude)(t + h), jax.vmap(slews.attitude)(t - h)) / (2.0 * h)
+    turned = jax.vmap(Quaternion("q").minus)(jax.vmap(slews.attitude)(t + h), jax.vmap(slews.attitude)(t - h)) / (
+        2.0 * h
+    )
     assert q.shape == (23, 4)
     np.testing.assert_allclose(turned, w, atol=1e-9)
 
