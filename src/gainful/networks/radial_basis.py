@@ -14,6 +14,7 @@ from jaxtyping import Array, Bool, Float
 from scipy.cluster.vq import kmeans2
 
 from ..errors import ConfigError, DataError, ShapeError, did_you_mean
+from .distances import squared_distances
 from .linear_in_weights import LinearInWeights
 from .product_features import ProductFeatures
 
