@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gainful.networks import ProductFeatures, make_radial_basis
-from gainful.regression import WeightFilter, WeightState, fit_weights
+from gainful.regression import WeightFilter, WeightState, fit_weights, ridge_weights
 
 PRIOR, NOISE = 1e4, 1e-4
 
@@ -164,3 +164,10 @@ def test_options_may_be_mapped_over(rows: tuple[np.ndarray, np.ndarray]) -> None
     for k, walk in enumerate((0.0, 1e-3)):
         state, _ = followed(WeightFilter(PRIOR, NOISE, random_walk=walk), *rows)
         np.testing.assert_allclose(together[k], state.weights, rtol=0, atol=1e-10)
+
+
+def test_the_fit_without_checks_compiles_and_maps(rows: tuple[np.ndarray, np.ndarray]) -> None:
+    holed = np.where(np.arange(60)[:, None] == 7, np.nan, rows[1])
+    several = jax.jit(jax.vmap(lambda noise: ridge_weights(*map(jnp.asarray, (rows[0], holed)), PRIOR, noise).weights))
+    for noise, found in zip((NOISE, 1e-2), several(jnp.array([NOISE, 1e-2])), strict=True):
+        np.testing.assert_allclose(found, fit_weights(rows[0], holed, PRIOR, noise).weights, rtol=1e-10)

@@ -80,11 +80,14 @@ def study() -> Study:
             ),
         ),
         notes=(
-            "The publication gives no numbers but those of the spacecraft. Scales, centres, sampling, slews, noise, weights and "
+            "The publication gives no numbers but those of the spacecraft. Scales, centres, sampling, slews, noise, "
+            "weights and "
             "the disturbance are chosen here. Its plant has one derivative too many in one coupling and one too few in the "
-            "other; its derivative of the network has a wrong index and lacks the centre of the product: both are read as units "
+            "other; its derivative of the network has a wrong index and lacks the centre of the product: both are read "
+            "as units "
             "and differentiation ask for.",
-            "A run is a network with centres and training samples of its own, and noise of its own. All networks are trained on the "
+            "A run is a network with centres and training samples of its own, and noise of its own. All networks are "
+            "trained on the "
             "nominal spacecraft; what is flown is said in the title of each table.",
             "The state is measured, deflections and their rates included, as the publication assumes.",
         ),

@@ -161,7 +161,8 @@ CLAIMS = (
             over(COMPENSATION, "rate_pitch", WITH, WITHOUT, below(0.9), what="RMS of the pitch rate with noise"),
         ),
         {
-            "partly": "The error of the rate does not grow: a steady torque is held by a steady error of the angle. Compensation takes "
+            "partly": "The error of the rate does not grow: a steady torque is held by a steady error of the angle. "
+            "Compensation takes "
             "a little off, and with the gyro's noise nothing can be seen of it."
         },
     ),

@@ -1,4 +1,5 @@
-"""What networks know of the spacecraft before they fly: outputs and sensitivities on samples held out, and how many it takes."""
+"""What networks know of the spacecraft before they fly: outputs and sensitivities on samples held out, and how many it "
+"takes."""
 
 from __future__ import annotations
 
@@ -209,7 +210,8 @@ CLAIMS = (
             for name, title in GROUPS.items()
         ),
         {
-            "not reproduced": "The centres are so far away in 120 dimensions that the network is a bilinear regression in all but "
+            "not reproduced": "The centres are so far away in 120 dimensions that the network is a bilinear regression "
+            "in all but "
             "name, with 200 weights in place of 121.",
             "partly": "Where it is better at all, it is by the little that is not bilinear; elsewhere the regression on 121 "
             "products is as good or better.",

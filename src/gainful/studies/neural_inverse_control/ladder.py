@@ -117,7 +117,7 @@ def rungs() -> dict[str, Rung]:
     one, ranges = jnp.ones_like(scale), scale[CONTROLS:]
     states, rates = state_command(), rate_command()
     panel = jnp.array([0.0] * 3 + [0.3] * 3 + [0.0] * 6)
-    everything = {"weights": NO_WEIGHTS, "output_weights": jnp.ones(12)}
+    everything: dict[str, Any] = {"weights": NO_WEIGHTS, "output_weights": jnp.ones(12)}
 
     def rung(command: Any, gain: float, *, absolute: bool = False, si: bool = False, **options: Any) -> Rung:
         chosen = {key: options.pop(key) for key in ("weights", "output_weights") if key in options}
@@ -196,7 +196,8 @@ CLAIMS = (
         "the equations, without scales or weights",
         tuple(lost(LADDER, name, below(0.5)) for name in (PRINTED, SI_HUB, SI_SMALL, SI_RATES)),
         {
-            "not reproduced": "In SI units torques of 20 N m drown angles of 0.5 rad, and a state hides what a torque does to it in "
+            "not reproduced": "In SI units torques of 20 N m drown angles of 0.5 rad, and a state hides what a torque "
+            "does to it in "
             "one sample: the sensitivities are wrong several times over."
         },
     ),
@@ -233,7 +234,8 @@ CLAIMS = (
             all_axes_over(LADDER, FIFTY, RATE_MODE, above(1.5)),
         ),
         {
-            "reproduced": "With fewer than 122 the network represents a random part of what it should: it flies, several times worse."
+            "reproduced": "With fewer than 122 the network represents a random part of what it should: it flies, several "
+            "times worse."
         },
     ),
 )

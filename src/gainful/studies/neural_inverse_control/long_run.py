@@ -106,7 +106,8 @@ CLAIMS = (
             ),
         ),
         {
-            "not reproduced": "The covariance winds up where the flight does not excite it: fast forgetting loses the spacecraft, slow "
+            "not reproduced": "The covariance winds up where the flight does not excite it: fast forgetting loses the "
+            "spacecraft, slow "
             "forgetting is on its way there.",
             "partly": "The covariance winds up where the flight does not excite it.",
         },

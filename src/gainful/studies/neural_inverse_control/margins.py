@@ -155,7 +155,8 @@ CLAIMS = (
         "in words: it avoids divergence",
         tuple(_gained(name, each) for name in list(RATES)[1:] for each in CONTRACTIONS),
         {
-            "not reproduced": "The mean is fed back with the sign and the size of an integral of what the plant does too much: the "
+            "not reproduced": "The mean is fed back with the sign and the size of an integral of what the plant does too "
+            "much: the "
             "margin shrinks from 2 to 4/3 as the mean grows faster."
         },
     ),

@@ -40,7 +40,7 @@ def contenders(flight: Flight) -> dict[str, Inverse | Rival]:
     laws = {title: law(name, CHOSEN[name], flight) for name, title in NAMES.items()}
     return {
         **laws,
-        INDI_STIFF: Rival(flight, incremental(*CHOSEN[INDI], LEFT_ALONE)),
+        INDI_STIFF: Rival(flight, incremental(CHOSEN[INDI][0], LEFT_ALONE)),
         STILL: network(FROZEN, "none"),
         STILL_COMPENSATED: network(FROZEN),
         LEARNS: network(learning(walk)),
@@ -64,7 +64,8 @@ def figures(outcome: Outcome) -> list[Figure | Chart]:
     return [
         Chart(
             "Beside what an engineer would try first",
-            "Root mean square error over the three axes at equal effort, the spacecraft heavier by a fifth than any of them was "
+            "Root mean square error over the three axes at equal effort, the spacecraft heavier by a fifth than any of "
+            "them was "
             "told.",
             "RMS of all axes",
             {name: mean_interval(all_axes(outcome, RIVALS, name), unit="mrad") for name in names},
@@ -124,7 +125,8 @@ CLAIMS = (
             over(RIVALS, "panel", LEARNS, LEARNS_STIFF, below(0.5), what="panel residual"),
         ),
         {
-            "reproduced": "A hub that gives way to the panel follows its slew less closely; one that does not leaves it swinging for an hour."
+            "reproduced": "A hub that gives way to the panel follows its slew less closely; one that does not leaves it "
+            "swinging for an hour."
         },
     ),
 )
@@ -140,8 +142,10 @@ def chapter() -> Chapter:
         tables,
         figures,
         (
-            f"All laws are tuned by grid on networks and noise that the study does not use; the panel's gain of the rate command, "
-            f"{', '.join(f'{each:g}' for each in PANEL_GAIN)} 1/(m s), and the gain of the scaled inputs were chosen by hand on "
+            f"All laws are tuned by grid on networks and noise that the study does not use; the panel's gain of the rate "
+            f"command, "
+            f"{', '.join(f'{each:g}' for each in PANEL_GAIN)} 1/(m s), and the gain of the scaled inputs were chosen by "
+            f"hand on "
             "this spacecraft: take differences below a fifth for ties.",
         ),
     )

@@ -84,8 +84,8 @@ def plant(
         after: the structure from a time on.
         change: that time [s].
     """
-    crafts = [_craft(each, disturbance, noise) for each in (structure, structure if after is None else after)]
-    return ChangingPlant(*crafts, jnp.asarray(change))
+    before, later = (_craft(each, disturbance, noise) for each in (structure, structure if after is None else after))
+    return ChangingPlant(before, later, jnp.asarray(change))
 
 
 def _craft(structure: FlexibleStructure, disturbance: DisturbanceTorque, noise: float) -> FlexibleSpacecraft:

@@ -25,19 +25,19 @@ MOST_STEP = 1.0  # N m
 PD, PID, LQR, LQI, INDI, NETWORK = "PD", "PID", "LQR", "LQI", "INDI", "network"
 
 CHOSEN: dict[str, tuple[float, ...]] = {
-    PD: (3.0, 1.0),
+    PD: (3.0, 0.7),
     PID: (2.5, 1.4, 0.4),
-    LQR: (100.0, 0.1, 0.1, 1.0),
-    LQI: (10.0, 100.0, 100.0, 0.3),
+    LQR: (1000.0, 300.0, 0.1, 3.0),
+    LQI: (100.0, 30.0, 100.0, 1.0),
     INDI: (0.5,),
-    NETWORK: (1e-7, 1.0),
+    NETWORK: (1e-8, 1.0),
 }
 """Settings with the least error within that effort, in the order of the laws' arguments."""
 
 GRIDS: dict[str, tuple[tuple[float, ...], ...]] = {
     PD: ((1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0), (0.7, 1.0, 1.4, 2.0)),
     PID: ((1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0), (0.7, 1.0, 1.4, 2.0), (0.05, 0.1, 0.2, 0.4)),
-    LQR: ((10.0, 30.0, 100.0, 300.0), (0.1, 1.0, 10.0, 100.0), (0.1, 10.0), (0.3, 1.0)),
+    LQR: ((30.0, 100.0, 300.0, 1000.0), (0.1, 10.0, 100.0, 300.0, 1000.0), (0.1, 10.0), (0.3, 1.0, 3.0)),
     LQI: ((10.0, 100.0, 300.0, 1000.0), (1.0, 10.0, 30.0, 100.0), (10.0, 100.0, 300.0, 1000.0), (0.1, 0.3, 1.0)),
     INDI: ((0.3, 0.5, 1.0),),
     NETWORK: ((0.0, 1e-8, 1e-7, 1e-6), (0.3, 0.5, 1.0)),
@@ -61,20 +61,20 @@ def law(
         command = rate_command(panel_gain=panel_gain, contraction=contraction)
         return Inverse(flight, settings(command, learns=learning(walk), compensated=compensation()))
     if name == INDI:
-        return Rival(flight, incremental(*values, panel_gain))
+        return Rival(flight, incremental(values[0], panel_gain))
     laws: dict[str, Callable[..., Any]] = {PD: pd, PID: pid, LQR: regulator, LQI: integral_regulator}
     return Rival(flight, laws[name](*values))
 
 
 class Score(eqx.Module):
-    """The error over all axes, if the effort is within its bound."""
+    """The error over all axes, nothing where the effort is beyond its bound, and both by themselves."""
 
     measure: Measure
 
     def __call__(self, record: Any, flown: Flown) -> dict[str, Array]:
         found = self.measure(record, flown)
         error = jnp.sqrt(sum(found[f"rms_{axis}"] ** 2 for axis in ("roll", "pitch", "yaw")) / 3.0)  # type: ignore[arg-type]
-        return {"score": error, "step": found["step"]}
+        return {"score": jnp.where(found["step"] <= MOST_STEP, error, jnp.nan), "error": error, "step": found["step"]}
 
 
 def retune(name: str, *, runs: int = RUNS, seed: int = SEED) -> Tuning:
@@ -97,20 +97,14 @@ def retune(name: str, *, runs: int = RUNS, seed: int = SEED) -> Tuning:
         "Errors within the effort",
         Networks((RBF,) if name == NETWORK else ()),
         tried,
-        Bounded(Measure(jnp.array([0.0, 1.0]))),
-        (Quantity("score", "RMS of all axes", "mrad"),),
+        Score(Measure(jnp.array([0.0, 1.0]))),
+        (
+            Quantity("score", "RMS of all axes within the effort", "mrad"),
+            Quantity("error", "RMS of all axes", "mrad"),
+            Quantity("step", "torque step", "N m"),
+        ),
     )
     return tune(experiment, tried, "score", runs=runs, seed=seed)
-
-
-class Bounded(eqx.Module):
-    """`Score`, and nothing where the effort is beyond its bound."""
-
-    measure: Measure
-
-    def __call__(self, record: Any, flown: Flown) -> dict[str, Array]:
-        found = Score(self.measure)(record, flown)
-        return {"score": jnp.where(found["step"] <= MOST_STEP, found["score"], jnp.nan)}
 
 
 def words(values: tuple[float, ...]) -> str:
