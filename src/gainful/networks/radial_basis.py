@@ -106,18 +106,6 @@ def thin_plate(square: Float[Array, " *shape"]) -> Float[Array, " *shape"]:
     return jnp.where(apart, 0.5 * square * jnp.log(jnp.where(apart, square, 1.0)), 0.0)
 
 
-def squared_distances(v: Float[Array, " p"], centres: Float[Array, "m p"]) -> Float[Array, " m"]:
-    """From a point to centres, by one product of a matrix and a vector: `|v|^2 - 2 c.v + |c|^2`.
-
-    That is ten times as fast as the sum of squared differences, of which every derivative asks again. What it leaves of
-    rounding where a point is at a centre is taken for 0.
-    """
-    size = v @ v + jnp.sum(centres**2, axis=1)
-    squares = size - 2.0 * (centres @ v)
-    # A sum of p terms is right to p units in the last place.
-    return jnp.where(squares > len(v) * jnp.finfo(size.dtype).eps * size, squares, 0.0)
-
-
 def typical_thin_plate(size: int) -> float:
     """Thin plate at a typical distance in a box of some dimensions, bounded from below where those are few."""
     return size / 6.0 * max(math.log(size / 3.0), 1.0)

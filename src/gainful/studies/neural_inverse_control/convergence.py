@@ -48,7 +48,7 @@ class Sweeps(eqx.Module):
     """A contender: an inversion, told by how much of a demand is left after every sweep.
 
     Attributes:
-        damping: "residual" is what the publication has; 0 for none.
+        damping: None for that by the residual, as published; 0 for none at all.
         method: of the inversion.
     """
 
@@ -195,8 +195,8 @@ def chapter() -> Chapter:
         "Convergence of the inverse",
         Demands(),
         {
-            FILTER: Sweeps("residual"),
-            JOINT: Sweeps("residual", "gauss-newton"),
+            FILTER: Sweeps(None),
+            JOINT: Sweeps(None, "gauss-newton"),
             UNDAMPED: Sweeps(jnp.asarray(0.0), "gauss-newton"),
         },
         Measure(),
