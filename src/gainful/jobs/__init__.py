@@ -4,6 +4,7 @@ from .aiding import aiding_gain_rows
 from .estimate import EstimateJob, estimate, state_rows
 from .faults import FaultFindings, fault_rows_of
 from .identify import IdentifyJob, identify_log
+from .identify_network import NetworkJob
 from .parameters import parameter_rows
 from .starter import write_starter
 from .study import StudyJob, run_study
@@ -19,6 +20,7 @@ __all__ = [
     "EstimateJob",
     "FaultFindings",
     "IdentifyJob",
+    "NetworkJob",
     "StudyJob",
     "TuneJob",
     "estimate",

@@ -11,6 +11,7 @@ except ImportError as problem:
 from .figures import figures_of
 from .html import Judgement, Table, write_report
 from .identification import write_identification_report
+from .network import write_network_report
 from .panels import Section
 from .study import write_study_report
 
@@ -20,6 +21,7 @@ __all__ = [
     "Table",
     "figures_of",
     "write_identification_report",
+    "write_network_report",
     "write_report",
     "write_study_report",
 ]
