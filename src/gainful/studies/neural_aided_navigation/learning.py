@@ -13,13 +13,14 @@ from ...networks import AbstractTraining, PerceptronTraining
 from ...plants import TRACK_SCENARIOS
 from ..chapter import Chapter
 from ..claims import Check, Claim, above, below
+from ..contender_table import cell
 from ..experiment import Contender
 from ..figures import Figure, Panel, Table, curve
 from ..outcome import Outcome
 from ..prepared import Prepared
 from ..statistics import Measured
 from .aiding import FINE, PAPERS, Recipe, beside, filtered, watched
-from .comparing import cell, ratio
+from .comparing import ratio
 from .contenders import DESIGN, ML
 from .measures import STATES, judged
 from .noise import design, fitted

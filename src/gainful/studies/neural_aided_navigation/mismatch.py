@@ -9,12 +9,13 @@ import numpy as np
 from ...plants import TRACK_SCENARIOS
 from ..chapter import Chapter
 from ..claims import Claim, below
+from ..contender_table import cell, compared
 from ..experiment import Experiment
 from ..figures import Chart, Table
 from ..outcome import Outcome
 from ..prepared import Prepared
 from ..statistics import difference_interval, mean_interval, ratio_interval
-from .comparing import cell, compared, ratio
+from .comparing import ratio
 from .contenders import (
     ADAPTIVE,
     CMAC,

@@ -7,12 +7,13 @@ import functools
 from ...plants import TRACK_SCENARIOS
 from ..chapter import Chapter
 from ..claims import Claim, below
+from ..contender_table import cell
 from ..experiment import Experiment
 from ..figures import Chart, Table
 from ..outcome import Outcome
 from ..prepared import Prepared
 from .aiding import aided, filtered
-from .comparing import cell, mean, ratio
+from .comparing import mean, ratio
 from .contenders import CMAC, DESIGN, ML
 from .measures import judged
 from .noise import design, fitted

@@ -9,11 +9,11 @@ import numpy as np
 
 from ..chapter import Chapter
 from ..claims import Claim
+from ..contender_table import compared
 from ..figures import Chart, Figure, Panel, Table, curve
 from ..outcome import Outcome
 from .comparing import WORDS, lower
 from .contenders import CORRENTROPY, NOMINAL, RA, STUDENT, TOLD, TOTAL, Belief, believing, contender
-from .figures import compared
 from .measures import judged
 from .records import NOISES, WALK, drive, mixture
 

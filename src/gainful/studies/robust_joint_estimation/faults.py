@@ -6,6 +6,7 @@ from typing import Any
 
 from ..chapter import Chapter
 from ..claims import Claim, below
+from ..contender_table import compared
 from ..figures import Band, Figure, Line, Panel, Table
 from ..outcome import Outcome
 from .comparing import lower, mean, median
@@ -25,7 +26,7 @@ from .contenders import (
     believing,
     contender,
 )
-from .figures import PARAMETERS, compared, errors_over_time
+from .figures import PARAMETERS, errors_over_time
 from .measures import judged
 from .records import NOISES, TRACKS, WALK, drive
 
