@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from gainful.networks import (
@@ -16,6 +19,9 @@ from gainful.networks import (
     HarmonicTraining,
     MultilayerPerceptron,
     PerceptronTraining,
+    ProductFeatures,
+    RadialBasisNetwork,
+    make_radial_basis,
 )
 from gainful.updates import AbstractFeatures, Context, InnovationHistory, JoinedFeatures, UpdateFeatures
 
@@ -45,11 +51,18 @@ def one_of(network: AffineMap) -> AffineMap:
     return AffineMap(network.matrix[:1], network.offset[:1])
 
 
+def radial(centres: int, **options: Any) -> RadialBasisNetwork:
+    """A radial basis network of three inputs and two outputs, with weights of no meaning."""
+    network = make_radial_basis(ProductFeatures([1.0, 2.0, 0.5]), 2, centres, rng=4, **options)
+    return network.with_weights(jnp.asarray(np.random.default_rng(4).normal(size=network.weights.shape)))
+
+
 NETWORKS: dict[type, list[AbstractNetwork]] = {
     AffineMap: [trained(each) for each in TRAININGS[AffineTraining]],
     CMAC: [trained(each) for each in TRAININGS[CMACTraining]],
     HarmonicMap: [trained(each) for each in TRAININGS[HarmonicTraining]],
     MultilayerPerceptron: [trained(each) for each in TRAININGS[PerceptronTraining]],
+    RadialBasisNetwork: [radial(5), radial(4, kernel="gaussian", tail="affine"), radial(0, tail="lift")],
 }
 
 FEATURES: dict[type, list[AbstractFeatures]] = {

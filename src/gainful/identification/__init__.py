@@ -5,6 +5,7 @@ from .equations import Equation, parse_equation
 from .free_run import FreeRun, free_run_of
 from .identify import Identification, identify
 from .methods import BASES, METHODS, RECURSIVE
+from .one_step import OneStepFit, OneStepModel, OneStepReport, fit_one_step
 from .recordings import Recording
 from .recursion import Track
 from .terms import FUNCTIONS, Reference, Term, parse_term
@@ -19,6 +20,9 @@ __all__ = [
     "Equation",
     "FreeRun",
     "Identification",
+    "OneStepFit",
+    "OneStepModel",
+    "OneStepReport",
     "Recording",
     "Reference",
     "Term",
@@ -26,6 +30,7 @@ __all__ = [
     "Window",
     "against_test_function",
     "assess",
+    "fit_one_step",
     "free_run_of",
     "identify",
     "parse_equation",

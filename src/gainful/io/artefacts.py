@@ -142,14 +142,14 @@ def _room(name: str) -> Any:
 
 
 def _built(words: Any, path: Path) -> Any:
-    """The part those words describe, with zeros for its numbers."""
+    """The part those words describe, with ones for its numbers: a size that must not be 0 may be 1."""
     try:
         if "kind" in words:
             fields = {name: _built(each, path) for name, each in words["fields"].items()}
             return _class_of(words["kind"], path)(**fields)
         if "array" in words:
             dtype, shape = words["array"]
-            return jnp.zeros(tuple(shape), dtype)
+            return jnp.ones(tuple(shape), dtype)
         if "tuple" in words:
             return tuple(_built(each, path) for each in words["tuple"])
         if "dict" in words:

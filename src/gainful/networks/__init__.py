@@ -5,8 +5,11 @@ from .base import AbstractNetwork, AbstractTraining, TrainingReport
 from .cmac import CMAC, empty_cmac
 from .cmac_training import CMAC_PRESETS, CMACTraining, train_by_credit, train_by_least_squares
 from .harmonic_map import HarmonicMap, HarmonicTraining
+from .linear_in_weights import LinearInWeights
 from .perceptron import MultilayerPerceptron
 from .perceptron_training import PerceptronTraining, make_perceptron, train_perceptron
+from .product_features import ProductFeatures, product_features_of
+from .radial_basis import RadialBasisNetwork, make_radial_basis, thin_plate
 from .tiling import Tiling, make_tiling
 
 __all__ = [
@@ -19,13 +22,19 @@ __all__ = [
     "CMACTraining",
     "HarmonicMap",
     "HarmonicTraining",
+    "LinearInWeights",
     "MultilayerPerceptron",
     "PerceptronTraining",
+    "ProductFeatures",
+    "RadialBasisNetwork",
     "Tiling",
     "TrainingReport",
     "empty_cmac",
     "make_perceptron",
+    "make_radial_basis",
     "make_tiling",
+    "product_features_of",
+    "thin_plate",
     "train_by_credit",
     "train_by_least_squares",
     "train_perceptron",

@@ -32,6 +32,7 @@ from .uncertainty import (
     total_least_squares_covariance,
 )
 from .weak_form import weak_curvature_taps, weak_form, weak_rows, weak_taps
+from .weight_filter import WeightFilter, WeightState, fit_weights
 
 __all__ = [
     "AbstractRowNoise",
@@ -45,12 +46,15 @@ __all__ = [
     "RecursiveTotalLeastSquares",
     "RegressionModel",
     "Separation",
+    "WeightFilter",
+    "WeightState",
     "accumulated_noise",
     "average",
     "bias_compensated_least_squares",
     "count_rows",
     "differentiate",
     "errors_in_variables_scores",
+    "fit_weights",
     "generalized_covariance",
     "generalized_total_least_squares",
     "identifiability",
