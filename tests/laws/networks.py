@@ -23,6 +23,7 @@ from gainful.networks import (
     RadialBasisNetwork,
     make_radial_basis,
 )
+from gainful.regression import DecoupledKalmanTraining, KalmanTraining
 from gainful.updates import AbstractFeatures, Context, InnovationHistory, JoinedFeatures, UpdateFeatures
 
 TRAININGS: dict[type, list[AbstractTraining]] = {
@@ -32,7 +33,9 @@ TRAININGS: dict[type, list[AbstractTraining]] = {
         CMACTraining(levels=20, layers=4, least_visits=0, groups=((0,), (1, 2)), method="ridge", compress="none"),
         CMACTraining(levels=20, layers=4, least_visits=0, table="hashed", cells=64),
     ],
+    DecoupledKalmanTraining: [DecoupledKalmanTraining((3, 2), epochs=1), DecoupledKalmanTraining((2,), groups="all")],
     HarmonicTraining: [HarmonicTraining(), HarmonicTraining(1)],
+    KalmanTraining: [KalmanTraining((2,), epochs=1)],
     PerceptronTraining: [
         PerceptronTraining((3,), iterations=5),
         PerceptronTraining((3, 2), method="sgd", epochs=1),

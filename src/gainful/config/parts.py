@@ -47,6 +47,8 @@ from ..noise import AbstractNoise, Capped, InnovationMatching, Nominal, SageHusa
 from ..regression import (
     AbstractRowNoise,
     ConstantRowNoise,
+    DecoupledKalmanTraining,
+    KalmanTraining,
     RateRowNoise,
     RayleighTotalLeastSquares,
     RecursiveLeastSquares,
@@ -115,7 +117,9 @@ KINDS: dict[type, dict[str, type]] = {
     AbstractTraining: {
         "affine": AffineTraining,
         "cmac": CMACTraining,
+        "decoupled_kalman": DecoupledKalmanTraining,
         "harmonic": HarmonicTraining,
+        "kalman": KalmanTraining,
         "perceptron": PerceptronTraining,
     },
     AbstractFeatures: {"context": Context, "history": InnovationHistory, "update": UpdateFeatures},

@@ -8,6 +8,9 @@ from jaxtyping import Array, Bool, Float
 
 from .base import AbstractNetwork
 
+Parameters = tuple[tuple[Array, ...], tuple[Array, ...]]
+"""Weights, then biases, one array per layer."""
+
 
 class MultilayerPerceptron(AbstractNetwork):
     """Layers of hyperbolic tangents with a linear one at the end, inputs and outputs in units of their spread.
@@ -55,6 +58,15 @@ class MultilayerPerceptron(AbstractNetwork):
         for weight, bias in zip(self.weights[:-1], self.biases[:-1], strict=True):
             z = jnp.tanh(weight @ z + bias)
         return self.size * (self.weights[-1] @ z + self.biases[-1])
+
+    @property
+    def parameters(self) -> Parameters:
+        """What training changes: the weights, then the biases."""
+        return self.weights, self.biases
+
+    def with_parameters(self, parameters: Parameters) -> MultilayerPerceptron:
+        """The network with other weights and biases of the same shapes."""
+        return eqx.tree_at(lambda network: network.parameters, self, parameters)
 
     def contains(self, u: Float[Array, " inputs"]) -> Bool[Array, ""]:
         chosen = self._looked_at(u)

@@ -14,7 +14,7 @@ from jaxtyping import Array, Bool, Float
 from ..errors import ConfigError, did_you_mean
 from .base import AbstractTraining, TrainingReport, checked_examples
 from .inputs import input_warnings, varying
-from .perceptron import MultilayerPerceptron
+from .perceptron import MultilayerPerceptron, Parameters
 
 METHODS = ("lbfgs", "sgd")
 
@@ -134,30 +134,38 @@ def train_perceptron(
     data = jnp.asarray(inputs), jnp.asarray(targets)
     train = _by_lbfgs if recipe.method == "lbfgs" else _by_descent
     trained, lost = train(network, *data, recipe, key)
-    rank, warnings = input_warnings(inputs, network.columns)
-    if bool(lost):
-        hint = "lower the rate" if recipe.method == "sgd" else "look for outliers among the examples"
-        warnings += (f"training ran away and was ended with the last weights that were sound: {hint}",)
-    left = targets - np.asarray(jax.vmap(trained)(data[0]))
-    dropped = tuple(k for k in range(network.inputs) if k not in network.columns)
+    hint = "lower the rate" if recipe.method == "sgd" else "look for outliers among the examples"
+    return trained, perceptron_report(trained, inputs, targets, hint if bool(lost) else None)
+
+
+def perceptron_report(
+    trained: MultilayerPerceptron,
+    inputs: Float[np.ndarray, "N d"],
+    targets: Float[np.ndarray, "N m"],
+    cure: str | None = None,
+) -> TrainingReport:
+    """What training did.
+
+    Args:
+        trained: the network after it.
+        inputs: one row per example.
+        targets: likewise.
+        cure: what to do about training that ran away, None if it did not.
+    """
+    rank, warnings = input_warnings(inputs, trained.columns)
+    if cure is not None:
+        warnings += (f"training ran away and was ended with the last weights that were sound: {cure}",)
+    left = targets - np.asarray(jax.vmap(trained)(jnp.asarray(inputs)))
+    dropped = tuple(k for k in range(trained.inputs) if k not in trained.columns)
     before, after = np.mean(targets**2, axis=0), np.mean(left**2, axis=0)
-    return trained, TrainingReport(len(inputs), before, after, dropped, rank, None, warnings)
+    return TrainingReport(len(inputs), before, after, dropped, rank, None, warnings)
 
 
-Weights = tuple[tuple[Array, ...], tuple[Array, ...]]
-
-
-def _weights(network: MultilayerPerceptron) -> Weights:
-    return network.weights, network.biases
-
-
-def _with(network: MultilayerPerceptron, weights: Weights) -> MultilayerPerceptron:
-    return eqx.tree_at(_weights, network, weights)
-
-
-def mean_square(weights: Weights, network: MultilayerPerceptron, inputs: Array, targets: Array) -> Float[Array, ""]:
+def mean_square(
+    parameters: Parameters, network: MultilayerPerceptron, inputs: Array, targets: Array
+) -> Float[Array, ""]:
     """Mean square of what is left of the targets, in units of their variance."""
-    left = (targets - jax.vmap(_with(network, weights))(inputs)) / network.size
+    left = (targets - jax.vmap(network.with_parameters(parameters))(inputs)) / network.size
     return jnp.mean(jnp.sum(left**2, axis=1))
 
 
@@ -190,10 +198,10 @@ def _by_descent(
         order = jax.random.permutation(own, len(inputs))[: steps * batch]
         return jax.lax.scan(step, carry, order.reshape(steps, batch))
 
-    start = _weights(network)
+    start = network.parameters
     first = (start, optimiser.init(start), jnp.array(False))
     (weights, _, lost), _ = jax.lax.scan(epoch, first, jax.random.split(key, recipe.epochs))
-    return _with(network, weights), lost
+    return network.with_parameters(weights), lost
 
 
 @eqx.filter_jit
@@ -202,7 +210,7 @@ def _by_lbfgs(
 ) -> tuple[MultilayerPerceptron, Bool[Array, ""]]:
     optimiser = optax.lbfgs()
 
-    def loss_of(weights: Weights) -> Array:
+    def loss_of(weights: Parameters) -> Array:
         return mean_square(weights, network, inputs, targets)
 
     recall = optax.value_and_grad_from_state(loss_of)
@@ -215,7 +223,7 @@ def _by_lbfgs(
         sound = _sound(new, loss) & ~lost
         return (_keep(sound, new, weights), _keep(sound, after, memory), ~sound), None
 
-    start = _weights(network)
+    start = network.parameters
     first = (start, optimiser.init(start), jnp.array(False))
     (weights, _, lost), _ = jax.lax.scan(step, first, length=recipe.iterations)
-    return _with(network, weights), lost
+    return network.with_parameters(weights), lost

@@ -7,8 +7,10 @@ from .batch import (
     least_squares,
     total_least_squares,
 )
+from .decoupled_training import DecoupledKalmanTraining
 from .identifiability import Identifiability, identifiability
 from .instruments import instrumental_variables, instrumented
+from .kalman_training import KalmanTraining, network_weights_model
 from .model import RegressionModel, readings, regression_model
 from .pencil import Separation
 from .rates import (
@@ -38,8 +40,10 @@ __all__ = [
     "AbstractRowNoise",
     "CENTRAL_DIFFERENCE",
     "ConstantRowNoise",
+    "DecoupledKalmanTraining",
     "Fit",
     "Identifiability",
+    "KalmanTraining",
     "RateRowNoise",
     "RayleighTotalLeastSquares",
     "RecursiveLeastSquares",
@@ -63,6 +67,7 @@ __all__ = [
     "instrumented",
     "least_squares",
     "least_squares_bias",
+    "network_weights_model",
     "noise_from_differences",
     "quadratic_rate",
     "quadratic_rate_mean",
