@@ -14,6 +14,7 @@ from jaxtyping import Array, Bool, Float
 from scipy.cluster.vq import kmeans2
 
 from ..errors import ConfigError, DataError, ShapeError, did_you_mean
+from .distances import squared_distances
 from .linear_in_weights import LinearInWeights
 from .product_features import ProductFeatures
 
@@ -79,8 +80,7 @@ class RadialBasisNetwork(LinearInWeights):
 
     def features(self, u: Float[Array, " inputs"]) -> Float[Array, " l"]:
         lifted = self.lifting.lift(u)
-        # By differences: exactly 0 at a centre, where |v|^2 - 2 v c + |c|^2 leaves rounding.
-        squares = jnp.sum((lifted - self.centres) ** 2, axis=1)
+        squares = squared_distances(lifted, self.centres)
         if self.kernel == "thin-plate":
             found = thin_plate(squares) / typical_thin_plate(self.lifting.size)
         else:

@@ -102,7 +102,7 @@ def simulate(
             sample = Sample(when, held, _degrees(plant.output, known) & measuring)
             observed, info = _when(estimating, _estimator_step(observer, sample), (observed, info))
             estimated = _restarted(estimating, estimated, monitored)
-        reading, memory = Reading(held, monitored, info), (loop.controller, loop.command)
+        reading, memory = Reading(held, monitored, info, measuring & known), (loop.controller, loop.command)
         acting = _is_due(k, due["control"])
         memory, command = _when(acting, lambda memory: controller.act(memory[0], t, reading), memory)
         past = loop.measured.applied()
@@ -115,6 +115,7 @@ def simulate(
             past,
             loop.state,
             info,
+            controller.report(memory),
         )
         state, applied = _advance(plant, loop.state, command, actuator_fault, t, rates.step, own[1:])
         measured = _restarted(measuring, loop.measured, monitored).after(applied)
@@ -141,7 +142,8 @@ def _start(plant: AbstractPlant, controller: AbstractController, observer: Obser
     if observer is not None:
         carry = observer.estimator.init(observer.model, observer.prior)
         info = _blank_report(plant, observer, carry, held)
-    shape = eqx.filter_eval_shape(controller.act, memory, zero, Reading(held, monitored, info))[1]
+    blank = Reading(held, monitored, info, jnp.zeros(held.shape, bool))
+    shape = eqx.filter_eval_shape(controller.act, memory, zero, blank)[1]
     command = jnp.zeros(shape.shape, shape.dtype)
     if observer is not None:
         told = plant.inputs(monitored, command).shape

@@ -62,6 +62,7 @@ class Simulated(eqx.Module):
         applied: what the actuators were set to on average over the interval that ends at each row (T, actuators).
         state: the plant's own state.
         info: the estimator's latest report; None without one.
+        report: what the controller tells of itself after it has acted, `AbstractController.report`; None for nothing.
     """
 
     t: Float[Array, " T"]
@@ -72,6 +73,7 @@ class Simulated(eqx.Module):
     applied: Float[Array, "T actuators"]
     state: Any
     info: Info | None
+    report: Any = None
 
 
 def no_fault(value: Array, t: Array) -> Array:

@@ -4,7 +4,7 @@ import abc
 from typing import Any
 
 import equinox as eqx
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from ..filters import Info
 from ..spaces import AbstractSpace
@@ -61,11 +61,13 @@ class Reading(eqx.Module):
         y: latest reading of the sensors, faults and noise included; a missing component keeps its last value.
         monitored: what the plant tells of itself.
         info: latest report of the estimator in the loop; None without one.
+        seen: which components of `y` were read at this moment; None where nobody says, which means all.
     """
 
     y: Float[Array, " output_size"]
     monitored: Float[Array, " monitored"]
     info: Info | None
+    seen: Bool[Array, " output_size"] | None = None
 
 
 class AbstractController(eqx.Module):
@@ -78,3 +80,7 @@ class AbstractController(eqx.Module):
     @abc.abstractmethod
     def act(self, carry: Any, t: Float[Array, ""], reading: Reading) -> tuple[Any, Float[Array, " actuators"]]:
         """What it remembers from now on, and the command held until it acts again."""
+
+    def report(self, carry: Any) -> Any:
+        """What of its memory goes into the record: a tree of arrays, or None for nothing. It is stored for every row."""
+        return None
