@@ -9,6 +9,7 @@ import hypothesis
 import jax
 import numpy as np
 import pytest
+from provoked import Provoked
 
 import gainful  # noqa: F401  # switches 64-bit numbers on before anything is traced
 from gainful.running import compiled
@@ -22,6 +23,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
+    config.pluginmanager.register(Provoked())
     if hasattr(config, "cache"):  # absent under -p no:cacheprovider
         # Compiling is most of the run time; programs that take long are kept for the next run.
         jax.config.update("jax_compilation_cache_dir", str(config.cache.mkdir("jax")))
