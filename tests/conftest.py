@@ -1,6 +1,5 @@
 """What every test shares: reproducible seeds, a cache of compiled programs, and how much of the product of parts to try."""
 
-import gc
 import zlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -64,6 +63,4 @@ def room_for_programs() -> Iterator[None]:
     yield
     maps = Path("/proc/self/maps")
     if maps.exists() and maps.read_bytes().count(b"\n") > MAPPED:
-        compiled._executables.clear()
-        jax.clear_caches()
-        gc.collect()
+        compiled.forget_programs()

@@ -3,6 +3,7 @@
 from .aiding import aiding_gain_rows
 from .estimate import EstimateJob, estimate, state_rows
 from .faults import FaultFindings, fault_rows_of
+from .gallery import GalleryJob, run_all_studies
 from .identify import IdentifyJob, identify_log
 from .parameters import parameter_rows
 from .starter import write_starter
@@ -18,6 +19,7 @@ __all__ = [
     "train",
     "EstimateJob",
     "FaultFindings",
+    "GalleryJob",
     "IdentifyJob",
     "StudyJob",
     "TuneJob",
@@ -27,6 +29,7 @@ __all__ = [
     "likelihood_rows",
     "noise_rows",
     "parameter_rows",
+    "run_all_studies",
     "run_study",
     "state_rows",
     "tune",

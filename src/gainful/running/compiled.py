@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import threading
 import time
 from collections.abc import Callable
@@ -61,6 +62,18 @@ def compiled_call(fn: Callable[..., Any], fixed: Any, *moving: Any, quick: bool 
             _executables[key] = program.lower(arrays).compile()
             seconds = time.perf_counter() - begin
     return _executables[key](arrays), seconds
+
+
+def forget_programs() -> None:
+    """Let go of every compiled program, as after a long job.
+
+    Each maps pieces of memory, and the compiler does not survive the limit that a system sets on their number.
+    """
+    with _guard:
+        _executables.clear()
+        _locks.clear()
+    jax.clear_caches()
+    gc.collect()
 
 
 def _apply(fn: Callable[..., Any], arrays: Any, frozen: Frozen) -> Any:

@@ -194,6 +194,7 @@ def figures(outcome: Outcome) -> list[Chart]:
             f"MSE over that of {ML}",
             {name: outcome.ratio(scenario, "speed", name, over=ML) for name in names},
             log=True,
+            telling=scenario == "manoeuvre",
         )
         for scenario in SCENARIOS
     ]

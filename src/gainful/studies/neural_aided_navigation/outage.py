@@ -128,6 +128,7 @@ def figures(outcome: Outcome) -> list[Figure]:
         "Root mean square distance from the truth over all drives; the satellites are lost at 0 s.",
         (Panel("distance", lines, "m", log=True),),
         "time since the satellites were lost [s]",
+        telling=True,
     )
     speed, turn, angle = np.linspace(0.0, 20.0, 200), np.linspace(-0.25, 0.25, 200), np.linspace(-math.pi, math.pi, 360)
     still, ten = np.zeros_like(speed), np.full_like(turn, 10.0)

@@ -106,6 +106,7 @@ def figures(outcome: Outcome) -> list[Figure | Chart]:
             "Errors over the share of gross errors; all robust filters but one expect 10 %.",
             (over_shares("x"), over_shares("p")),
             "share of gross errors",
+            telling=True,
         ),
         Figure(
             "A wrong R",

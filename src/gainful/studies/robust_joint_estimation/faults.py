@@ -125,6 +125,7 @@ def figures(outcome: Outcome) -> list[Figure]:
             "The first record, 10 % gross errors. What q a filter assumes decides whether it follows; a detector does not "
             "have to choose.",
             tuple(panels),
+            telling=True,
         ),
         errors_over_time(outcome, experiment, "Squared errors, jumps, 10 % gross errors", shown),
         errors_over_time(outcome, named("intermittent", "mixture"), "Squared errors, faults that come and go", shown),
