@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -13,6 +14,7 @@ from ..io import Column, Resample, Source, read_recording
 from ..io.source import Duplicates, Late
 from ..regression.weak_form import WINDOW
 from .files import load_python
+from .network import NetworkSection
 
 _STRICT: dict[str, Any] = {"extra": "forbid"}
 
@@ -115,8 +117,9 @@ class IdentifyConfig:
 
     Attributes:
         signals: names and units of all that is measured.
-        equation: whose parameters are wanted.
         data: the recording.
+        equation: whose parameters are wanted.
+        network: that predicts a signal, in place of an equation.
         method: such as "weak-iv"; by default what fits the recording.
         check: rows that are kept back.
         options: window, level, forgetting.
@@ -126,8 +129,9 @@ class IdentifyConfig:
     __pydantic_config__: ClassVar[dict[str, Any]] = _STRICT
 
     signals: dict[str, str]
-    equation: EquationSection
     data: RecordingSection
+    equation: EquationSection | None = None
+    network: NetworkSection | None = None
     method: str | None = None
     check: CheckSection = dataclasses.field(default_factory=CheckSection)
     options: IdentifyOptions = dataclasses.field(default_factory=IdentifyOptions)
@@ -148,10 +152,10 @@ def build_equation(config: IdentifyConfig, base: Path) -> Equation:
     Raises:
         ConfigError: not an equation, or a file that is not there or fails.
     """
-    for name in config.signals:
-        if not name.isidentifier() or name in (*CONSTANTS, *FUNCTIONS, "d", "lag"):
-            raise ConfigError(f"signals: expected names such as 'rate' that no function has, got {name!r}")
+    check_names(config.signals)
     section = config.equation
+    if section is None:
+        raise ConfigError("equation or network: expected one of the two sections, got neither")
     functions = {}
     if section.file:
         module = load_python(base / section.file, "equation.file")
@@ -162,12 +166,19 @@ def build_equation(config: IdentifyConfig, base: Path) -> Equation:
         raise ConfigError(f"equation.{problem}") from problem
 
 
-def build_recordings(config: IdentifyConfig, equation: Equation, base: Path) -> tuple[Recording, Recording | None]:
+def check_names(signals: Iterable[str]) -> None:
+    """Raise unless terms can name the signals."""
+    for name in signals:
+        if not name.isidentifier() or name in (*CONSTANTS, *FUNCTIONS, "d", "lag"):
+            raise ConfigError(f"signals: expected names such as 'rate' that no function has, got {name!r}")
+
+
+def build_recordings(config: IdentifyConfig, wanted: Iterable[str], base: Path) -> tuple[Recording, Recording | None]:
     """The recording to find parameters in, and the one to hold them against, if any is kept back.
 
     Args:
         config: the configuration.
-        equation: that asks for signals.
+        wanted: signals that the equation or the network asks for.
         base: folder that `data.folder` is relative to.
 
     Raises:
@@ -175,9 +186,10 @@ def build_recordings(config: IdentifyConfig, equation: Equation, base: Path) -> 
         DataError: a file, column, time or number that cannot be used; the message says which.
     """
     data, check = config.data, config.check
-    for name in equation.signals:
+    asking = "equation" if config.network is None else "network"
+    for name in wanted:
         if name not in data.signals:
-            raise ConfigError(f"data.signals: the equation's {name!r} has no column")
+            raise ConfigError(f"data.signals: the {asking}'s {name!r} has no column")
     for role, given in (("data.signals", data.signals), ("data.noise", data.noise)):
         for name in given:
             if name not in config.signals:

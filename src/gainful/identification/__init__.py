@@ -4,7 +4,9 @@ from .assessment import Assessment, assess
 from .equations import Equation, parse_equation
 from .free_run import FreeRun, free_run_of
 from .identify import Identification, identify
+from .lagged_model import LaggedModel, Lags
 from .methods import BASES, METHODS, RECURSIVE
+from .network_models import NetworkIdentification, NetworkRecipe, identify_network, linear_equation
 from .one_step import OneStepFit, OneStepModel, OneStepReport, fit_one_step
 from .recordings import Recording
 from .recursion import Track
@@ -20,6 +22,10 @@ __all__ = [
     "Equation",
     "FreeRun",
     "Identification",
+    "LaggedModel",
+    "Lags",
+    "NetworkIdentification",
+    "NetworkRecipe",
     "OneStepFit",
     "OneStepModel",
     "OneStepReport",
@@ -33,6 +39,8 @@ __all__ = [
     "fit_one_step",
     "free_run_of",
     "identify",
+    "identify_network",
+    "linear_equation",
     "parse_equation",
     "parse_term",
     "pointwise",

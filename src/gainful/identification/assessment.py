@@ -44,6 +44,16 @@ class Assessment:
         return _share(self.measured, self.explained)
 
     @property
+    def fit(self) -> float:
+        """`1 - |error| / |regressand|`, the measure that toolboxes for identification print."""
+        return _fit(self.measured, self.explained)
+
+    @property
+    def simulated_fit(self) -> float:
+        """The same of the run by itself."""
+        return _fit(self.observed, self.simulated)
+
+    @property
     def simulation_error(self) -> float:
         """Root mean square error of the signal run by itself, in its unit; infinite if it ran away, NaN if there is none."""
         return _rms(self.observed - self.simulated)
@@ -79,6 +89,11 @@ def _rms(error: Float[np.ndarray, "T"]) -> float:
     known = error[~np.isnan(error)]
     with np.errstate(over="ignore"):
         return float(np.sqrt(np.mean(known**2))) if len(known) else float("nan")
+
+
+def _fit(measured: Float[np.ndarray, "T"], told: Float[np.ndarray, "T"]) -> float:
+    size = _rms(np.where(np.isnan(told), np.nan, measured))
+    return 1.0 - _rms(measured - told) / size if size > 0 else float("nan")
 
 
 def _share(measured: Float[np.ndarray, "T"], told: Float[np.ndarray, "T"]) -> float:

@@ -48,7 +48,7 @@ class FreeRun:
         """
         values = {name: np.asarray(each, float) for name, each in signals.items()}
         arrays = self._outside(values, dt)
-        start, stop = _longest(np.isfinite(np.stack([*arrays, values[self.signal]])).min(axis=0))
+        start, stop = longest_stretch(np.isfinite(np.stack([*arrays, values[self.signal]])).min(axis=0))
         out = np.full(len(values[self.signal]), np.nan)
         back = (max(self.equation.lag, 1), 1, _START)[self.order]
         if stop - start <= back:
@@ -189,8 +189,8 @@ def _asks(piece: Piece, signal: str) -> bool:
     return any(reference.signal == signal for reference in piece.references)
 
 
-def _longest(whole: np.ndarray) -> tuple[int, int]:
-    """First and one past the last row of the longest stretch."""
+def longest_stretch(whole: Any) -> tuple[int, int]:
+    """First and one past the last row of the longest stretch of rows that are whole."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], whole, [False]]).astype(int)))
     if not len(edges):
         return 0, 0

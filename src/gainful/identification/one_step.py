@@ -215,6 +215,13 @@ def fit_one_step(
     return OneStepFit(model.with_weights(state.weights), chosen, state, report)
 
 
+def ill_conditioned(condition: float) -> list[str]:
+    """What to say of a condition number of weights, if anything."""
+    if condition < _ILL_CONDITIONED:
+        return []
+    return [f"the weights' covariance has a condition number of {condition:.0e}: raise the gain of the lifting"]
+
+
 def linear(network: AbstractNetwork) -> LinearInWeights:
     """The network, if it is linear in its weights.
 

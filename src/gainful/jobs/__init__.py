@@ -5,6 +5,7 @@ from .estimate import EstimateJob, estimate, state_rows
 from .faults import FaultFindings, fault_rows_of
 from .gallery import GalleryJob, run_all_studies
 from .identify import IdentifyJob, identify_log
+from .identify_network import NetworkJob
 from .parameters import parameter_rows
 from .starter import write_starter
 from .study import StudyJob, run_study
@@ -21,6 +22,7 @@ __all__ = [
     "FaultFindings",
     "GalleryJob",
     "IdentifyJob",
+    "NetworkJob",
     "StudyJob",
     "TuneJob",
     "estimate",

@@ -11,7 +11,6 @@ from typing import Any
 
 import jax
 import numpy as np
-import pandas as pd
 
 from ..config import IdentifyConfig, build_equation, build_recordings, load_identify_config
 from ..errors import GainfulError, Status
@@ -21,17 +20,14 @@ from ..io import check_folder, parameter_units, whole_folder
 from ..report import Judgement, Table, write_identification_report
 from ..studies import Measured
 from ..version import __version__
+from .identify_network import NetworkJob, identify_network_log
 from .json_text import json_text
-
-FILES = ("report.html", "identification.json", "rows.parquet")
-"""What an identification leaves in its folder."""
+from .tellings import FAILS, FILES, HOLDS, percent, rows_table, told
 
 _APART = 3.0
 """Standard deviations from which parameters of two records are said to differ."""
 _FEW = 4
 """Parameters up to which a table has a column for each."""
-_HOLDS, _FAILS = 0.8, 0.5
-"""Shares of variance told on rows kept back, from which and below which the equation is said to hold and not to hold."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -77,9 +73,9 @@ class IdentifyJob:
     @property
     def judgement(self) -> Judgement:
         """What it all comes to: "good", "unknown" or "bad"."""
-        if self.found.status != Status.ok or not self.told_share >= _FAILS:
+        if self.found.status != Status.ok or not self.told_share >= FAILS:
             return "bad"
-        return "good" if not self.cautions and self.kept_back is not None and self.told_share >= _HOLDS else "unknown"
+        return "good" if not self.cautions and self.kept_back is not None and self.told_share >= HOLDS else "unknown"
 
     @property
     def verdict(self) -> str:
@@ -89,10 +85,10 @@ class IdentifyJob:
         n, check = len(self.found.parameters), self.check
         where = "on the record itself" if self.kept_back is None else f"on {len(self.kept_back):,} rows kept back"
         words = f"{n} {'parameter' if n == 1 else 'parameters'} by {self.found.method}; {where} the terms explain "
-        words += f"{_percent(check.explained_share)} of the variance of {self.found.problem.equation.regressand.text}"
+        words += f"{percent(check.explained_share)} of the variance of {self.found.problem.equation.regressand.text}"
         if check.signal:
             words += (
-                f", and the equation run by itself tells {_percent(check.simulated_share)} of that of {check.signal}"
+                f", and the equation run by itself tells {percent(check.simulated_share)} of that of {check.signal}"
             )
         return words
 
@@ -112,7 +108,7 @@ class IdentifyJob:
 
 def identify_log(
     path: Path | str, folder: Path | str | None = None, *, started: Callable[[Recording], None] | None = None
-) -> IdentifyJob:
+) -> IdentifyJob | NetworkJob:
     """Run the identification of a configuration file.
 
     Args:
@@ -127,11 +123,13 @@ def identify_log(
     """
     path = Path(path)
     config = load_identify_config(path)
+    if config.network is not None:
+        return identify_network_log(config, path, folder, started=started)
     equation = build_equation(config, path.parent)
     units = parameter_units(equation, config.signals)
     if config.method is not None:
         split(config.method)
-    recording, kept_back = build_recordings(config, equation, path.parent)
+    recording, kept_back = build_recordings(config, equation.signals, path.parent)
     if folder is not None:
         check_folder(Path(folder))
     if started is not None:
@@ -215,15 +213,13 @@ def _again(found: Identification, kept_back: Recording, options: dict[str, Any])
     return again if again.status == Status.ok else None
 
 
-def _percent(share: float) -> str:
-    return "no finite share" if not math.isfinite(share) else f"{100 * share:.1f} %"
-
-
 def _write(job: IdentifyJob, path: Path, folder: Path) -> None:
     summary = _summary(job) | {"config": path.read_text(encoding="utf-8")}
     with whole_folder(folder) as scratch:
         (scratch / FILES[1]).write_text(json_text(summary), encoding="utf-8")
-        _rows(job).to_parquet(scratch / FILES[2])
+        rows_table(
+            job.found.assessment, None if job.kept_back is None else job.check, job.title, job.found.method
+        ).to_parquet(scratch / FILES[2])
         write_identification_report(
             job.found,
             scratch / FILES[0],
@@ -252,7 +248,7 @@ def _facts(job: IdentifyJob, path: Path) -> list[tuple[str, str]]:
 def _summary(job: IdentifyJob) -> dict[str, Any]:
     found = job.found
     low, high = found.interval
-    told = found.identifiability
+    known = found.identifiability
     return {
         "title": job.title,
         "gainful_version": __version__,
@@ -282,12 +278,12 @@ def _summary(job: IdentifyJob) -> dict[str, Any]:
         "covariance": found.cov,
         "noise": found.problem.noise,
         "identifiability": {
-            "rows": told.rows,
-            "condition": told.condition,
-            "gap": told.gap,
-            "noise_gap": told.noise_gap,
-            "noise_ratio": told.noise_ratio,
-            "correlations": told.correlations,
+            "rows": known.rows,
+            "condition": known.condition,
+            "gap": known.gap,
+            "noise_gap": known.noise_gap,
+            "noise_ratio": known.noise_ratio,
+            "correlations": known.correlations,
         },
         "methods": {
             name: {
@@ -297,37 +293,5 @@ def _summary(job: IdentifyJob) -> dict[str, Any]:
             }
             for name, fit in found.rivals.items()
         },
-        "checks": {
-            name: {
-                "residual": check.residual,
-                "explained_share": check.explained_share,
-                "simulated": check.signal,
-                "simulation_error": check.simulation_error,
-                "simulated_share": check.simulated_share,
-            }
-            for name, check in job.checks.items()
-        },
+        "checks": {name: told(check) for name, check in job.checks.items()},
     }
-
-
-def _rows(job: IdentifyJob) -> pd.DataFrame:
-    """What was measured and explained, in the recording and in the rows kept back."""
-    own = job.found.assessment
-    pieces = [(False, own)] if job.kept_back is None else [(False, own), (True, job.check)]
-    table = pd.concat(
-        [
-            pd.DataFrame(
-                {
-                    "t": each.t,
-                    "kept_back": kept,
-                    "measured": each.measured,
-                    "explained": each.explained,
-                    **({each.signal: each.observed, f"simulated_{each.signal}": each.simulated} if each.signal else {}),
-                }
-            )
-            for kept, each in pieces
-        ],
-        ignore_index=True,
-    )
-    table.attrs = {"title": job.title, "method": job.found.method, "gainful_version": __version__}
-    return table

@@ -10,6 +10,7 @@ from .perceptron import MultilayerPerceptron
 from .perceptron_training import PerceptronTraining, make_perceptron, train_perceptron
 from .product_features import ProductFeatures, product_features_of
 from .radial_basis import RadialBasisNetwork, make_radial_basis, thin_plate
+from .summed import SummedNetwork
 from .tiling import Tiling, make_tiling
 
 __all__ = [
@@ -27,6 +28,7 @@ __all__ = [
     "PerceptronTraining",
     "ProductFeatures",
     "RadialBasisNetwork",
+    "SummedNetwork",
     "Tiling",
     "TrainingReport",
     "empty_cmac",

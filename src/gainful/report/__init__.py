@@ -12,6 +12,7 @@ from .figures import figures_of
 from .gallery import Card, Missing, make_card, write_gallery
 from .html import Judgement, Table, write_report
 from .identification import write_identification_report
+from .network import write_network_report
 from .panels import Section
 from .study import write_study_report
 
@@ -25,6 +26,7 @@ __all__ = [
     "make_card",
     "write_gallery",
     "write_identification_report",
+    "write_network_report",
     "write_report",
     "write_study_report",
 ]

@@ -14,7 +14,7 @@ from .html import Judgement, Table
 from .page import page_text, write_page
 from .study_figures import study_sections
 
-_WORDS: dict[Judgement, tuple[str, str]] = {
+WORDS: dict[Judgement, tuple[str, str]] = {
     "good": ("✓", "Holds"),
     "bad": ("✕", "Does not hold"),
     "unknown": ("?", "With reservations"),
@@ -56,7 +56,7 @@ def write_identification_report(
     Raises:
         OSError: the file could not be written; an older one is left as it was.
     """
-    mark, word = _WORDS[judgement]
+    mark, word = WORDS[judgement]
     text = page_text(
         "identification",
         study_sections(_figures(found, checks[found.method])),
@@ -119,17 +119,27 @@ def _noise_table(found: Identification) -> Table:
 
 
 def _figures(found: Identification, check: Assessment) -> list[Figure | Chart]:
-    regressand = found.problem.equation.regressand.text
-    own = found.assessment
+    figures = assessment_figures(found.assessment, check, found.problem.equation.regressand.text)
+    return [*figures, *_track_figures(found), *_parameter_charts(found)]
+
+
+def assessment_figures(own: Assessment, check: Assessment, regressand: str) -> list[Figure | Chart]:
+    """What was measured and explained, the run by itself, and the residual.
+
+    Args:
+        own: on the rows that all was found in.
+        check: on the rows that the verdict is about.
+        regressand: what is explained, in words.
+    """
     both = (Line("explained", check.t, check.explained), Line("measured", check.t, check.measured, True))
-    caption = "What was measured and what the terms make of it, on the rows that the verdict is about."
-    figures = [Figure("Explained", caption, (Panel(regressand, both),))]
+    caption = "What was measured and what is made of it, on the rows that the verdict is about."
+    figures: list[Figure | Chart] = [Figure("Explained", caption, (Panel(regressand, both),))]
     if check.signal:
         finite = np.where(np.isfinite(check.simulated), check.simulated, np.nan)
         figures.append(
             Figure(
                 "Run by itself",
-                f"The equation solved for {check.signal} from the start of the same rows, given all other signals.",
+                f"{check.signal} from the start of the same rows, given all other signals.",
                 (
                     Panel(
                         check.signal,
@@ -143,7 +153,7 @@ def _figures(found: Identification, check: Assessment) -> list[Figure | Chart]:
     figures += [
         Figure(
             "Residual",
-            "What the terms leave of the regressand, on the rows that the parameters come from.",
+            "What is left unexplained, on the rows that all was found in.",
             (Panel(f"residual of {regressand}", (Line("residual", own.t, residual),)),),
         ),
         Figure(
@@ -162,7 +172,7 @@ def _figures(found: Identification, check: Assessment) -> list[Figure | Chart]:
             x_label="rows later",
         ),
     ]
-    return [*figures, *_track_figures(found), *_parameter_charts(found)]
+    return figures
 
 
 def _parameter_charts(found: Identification) -> list[Chart]:
