@@ -11,6 +11,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from ..errors import ConfigError, ShapeError
 from ..identification import OneStepModel
+from ..identification.one_step import linear
 from ..regression import WeightFilter, WeightState
 from ..running.plant import AbstractController, Reading
 from .commands import AbstractCommand
@@ -117,7 +118,8 @@ class AdaptiveInverseController(AbstractController):
         nominal: sensitivity of scaled outputs others are compared with (n, m); by default that of the first sample.
 
     Raises:
-        ConfigError: what learning starts from without learning, or the moments of an error without statistics.
+        ConfigError: learning with a network that is not linear in its weights, what learning starts from without learning,
+            or the moments of an error without statistics.
         ShapeError: weights of the inversion that are not one per state.
 
     Source: Liu, Shen and Hu, Attitude control of nonlinear flexible structure based on inversion algorithm of extended
@@ -143,6 +145,8 @@ class AdaptiveInverseController(AbstractController):
     def __check_init__(self) -> None:
         if self.known is not None and self.learning is None:
             raise ConfigError("known: expected together with learning, got it alone")
+        if self.learning is not None:
+            linear(self.model.network)
         if self.moments is not None and self.statistics is None:
             raise ConfigError("moments: expected together with statistics, got them alone")
         if self.inversion.weights.shape[-1] != self.model.states:
@@ -155,7 +159,7 @@ class AdaptiveInverseController(AbstractController):
         n, m = self.model.states, self.model.controls
         learner = None
         if self.learning is not None:
-            weights = self.model.network.weights  # type: ignore[attr-defined]
+            weights = linear(self.model.network).weights
             learner = self.known
             if learner is None:
                 learner = eqx.tree_at(lambda state: state.weights, self.learning.init(*weights.shape), weights)

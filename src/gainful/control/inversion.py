@@ -47,11 +47,15 @@ class Inversion(eqx.Module):
         R = damping W^-1 + S,      R^-1 = (damping + W S)^-1 W
         du = (H' R^-1 H + P^-1 + E)^-1 (H' R^-1 (target - y) - E (u - start))
 
-    "gauss-newton" takes all inputs together, `P` the same in every sweep: damped by the residual's own mean square `J`,
-    it is Levenberg and Marquardt's method and converges faster than quadratically on an affine map. "joint-ekf" and
+    "gauss-newton" takes all inputs together, `P` the same in every sweep: damped by the part of `J` that the inputs can take
+    away, it is Levenberg and Marquardt's method and converges faster than quadratically on an affine map. "joint-ekf" and
     "ekf" take the input for the state of an extended Kalman filter and the target for its measurement, repeated: `P`
     shrinks from sweep to sweep, and the damping is the mean of all `J` so far, so that the error falls as the inverse
-    square of the number of sweeps. "ekf" takes the inputs one at a time, the others at their newest value.
+    square of the number of sweeps. "ekf" takes the inputs one at a time, the others at their newest value; where inputs act
+    alike it is slower still.
+
+    Either damping makes the first step the shorter, the further the target is beyond what inputs of the size of the prior
+    can do. Where limits of the inputs are to decide instead, take a damping of 0.
 
     An output of weight 0 is not looked at. An input at a limit is left out of the next sweep while it pushes outwards.
 
@@ -73,7 +77,8 @@ class Inversion(eqx.Module):
     Source: Behera, Gopal and Chaudhury (1996), IEEE Trans. Neural Networks 7(6):1401-1414, for "ekf"; Yamashita and
         Fukushima (2001), Computing Suppl. 15:239-249, for the damping.
     Differs: gains are computed from information, which takes one division per input in place of an inverse of the size
-        of the output, and a target's variance enters together with R.
+        of the output, and a target's variance enters together with R. What no input can reach does not damp
+        "gauss-newton", or with more outputs than inputs it would never arrive.
     Reduces to: the gain of the linear quadratic regulator, with W its Riccati matrix, E the cost of the input and damping 1.
 
     Example:
@@ -151,10 +156,13 @@ class Inversion(eqx.Module):
         return low, high
 
     def _damping(self, problem: _Problem, u: Array, last: Array, k: Array) -> tuple[Array, Array]:
+        if self.damping is None and self.method == "gauss-newton":
+            y, H = problem.linear(u)
+            cost = problem.cost(problem.target - y)
+            return cost, problem.reachable(problem.target - y, H)
         cost = problem.cost(problem.target - problem.output(u))
-        if self.damping is not None:
-            return cost, jnp.asarray(self.damping, float)
-        return cost, cost if self.method == "gauss-newton" else last + (cost - last) / (k + 1)
+        damping = last + (cost - last) / (k + 1) if self.damping is None else jnp.asarray(self.damping, float)
+        return cost, damping
 
     def _joint(self, problem: _Problem, u: Array, information: Array, damping: Array) -> tuple[Array, Array]:
         y, H = problem.linear(u)
@@ -198,13 +206,23 @@ class _Problem(eqx.Module):
         y, push = jax.linearize(self.output, u)
         return y, jax.vmap(push, in_axes=1, out_axes=1)(jnp.diag(self.scale))
 
+    @property
+    def tracked(self) -> Array:
+        """How many outputs are looked at."""
+        return jnp.maximum(jnp.sum(jnp.diag(self.W) > 0), 1)
+
     def cost(self, residual: Array) -> Array:
-        return residual @ self.W @ residual / jnp.maximum(jnp.sum(jnp.diag(self.W) > 0), 1)
+        return residual @ self.W @ residual / self.tracked
+
+    def reachable(self, residual: Array, H: Array) -> Array:
+        """The share of the cost that inputs can take away."""
+        normal, slope = H.T @ self.W @ H, H.T @ self.W @ residual
+        normal = normal + (FLOOR * jnp.trace(normal) + jnp.finfo(normal.dtype).tiny) * jnp.eye(len(normal))
+        return slope @ jax.scipy.linalg.solve(normal, slope, assume_a="pos") / self.tracked
 
     def inverse_noise(self, damping: Array) -> Array:
         """`R^-1`, also where a weight is 0 and R infinite."""
-        floor = FLOOR * jnp.trace(self.W) / jnp.maximum(jnp.sum(jnp.diag(self.W) > 0), 1)
-        damping = jnp.maximum(damping, floor)
+        damping = jnp.maximum(damping, FLOOR * jnp.trace(self.W) / self.tracked)
         if self.variance is None:
             return self.W / damping
         S = jnp.diag(self.variance) if self.variance.ndim == 1 else self.variance

@@ -152,8 +152,8 @@ class TorqueNeed(eqx.Module):
     def cautions(self) -> tuple[str, ...]:
         """What is asked too much, axis by axis."""
         return tuple(
-            f"reference: expected at most {self.share * there:.4g} N m about {axis}, {self.share:g} of {there:.4g} available, "
-            f"got {asked:.4g}; slews {self.longer:.3g} times as long would do"
+            f"reference: expected at most {self.share * there:.4g} N m about {axis}, {self.share:g} of {there:.4g} N m "
+            f"available, got {asked:.4g}; slews {self.longer:.3g} times as long would do"
             for axis, asked, there in zip("xyz", self.needed, self.available, strict=True)
             if asked > self.share * there
         )
