@@ -6,7 +6,6 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-import gainful as gf
 from gainful.control import (
     AdaptiveInverseController,
     ErrorStatistics,
@@ -31,6 +30,8 @@ from gainful.control import (
 from gainful.errors import ConfigError, ModelError, ShapeError
 from gainful.identification import OneStepModel
 from gainful.networks import AffineMap
+from gainful.plants import attitude_kinematics
+from gainful.regression import WeightFilter
 
 HOME = SetPoint([0.0, 0.0], [0.0])
 PLANT = LinearPlant([[1.0, 0.1], [0.0, 1.0]], [[0.005], [0.1]])
@@ -42,10 +43,6 @@ READING = Reading(jnp.zeros(2), jnp.zeros(0), None)
 def adaptive(inversion: Any = None, **options: Any) -> AdaptiveInverseController:
     model = OneStepModel(AffineMap(jnp.zeros((2, 3)), jnp.zeros(2)), jnp.ones(2))
     return AdaptiveInverseController(model, FollowReference(0.1, HOME), inversion or Inversion(jnp.ones(2)), **options)
-
-
-def attitude() -> Any:
-    return gf.plants.attitude_kinematics()
 
 
 LAWS = [
@@ -102,12 +99,12 @@ LAWS = [
     ),
     (lambda: LinearPlant(np.eye(2), np.ones((3, 1))), ShapeError, "B: expected 2 rows, got shape (3, 1)"),
     (
-        lambda: linearised(attitude(), np.zeros(3), np.zeros(3), 0.1),
+        lambda: linearised(attitude_kinematics(), np.zeros(3), np.zeros(3), 0.1),
         ShapeError,
         "x: expected 4 numbers, got shape (3,)",
     ),
     (
-        lambda: linearised(attitude(), np.zeros(4), np.zeros(2), 0.1),
+        lambda: linearised(attitude_kinematics(), np.zeros(4), np.zeros(2), 0.1),
         ShapeError,
         "u: expected 3 numbers, got shape (2,)",
     ),
@@ -170,7 +167,7 @@ LAWS = [
         "moments: expected together with statistics, got them alone",
     ),
     (
-        lambda: adaptive(known=gf.regression.WeightFilter().init(3, 2)),
+        lambda: adaptive(known=WeightFilter().init(3, 2)),
         ConfigError,
         "known: expected together with learning, got it alone",
     ),
@@ -180,7 +177,7 @@ LAWS = [
         "inversion: expected 2 weights, one per state, got shape (3,)",
     ),
     (
-        lambda: adaptive(learning=gf.regression.WeightFilter()),
+        lambda: adaptive(learning=WeightFilter()),
         ConfigError,
         "network: expected one that is linear in its weights, got a AffineMap",
     ),

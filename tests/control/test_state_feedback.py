@@ -22,6 +22,7 @@ from gainful.control import (
     lqi,
     lqr,
 )
+from gainful.plants import attitude_kinematics
 from gainful.running import Observer, Rates, Simulated, simulate
 
 from .carriage import LIMIT, STEP, Spring, carriage, carriage_model
@@ -94,7 +95,7 @@ def test_a_regulator_follows_the_estimate_and_outlives_a_reading_that_is_gone(ke
 
 
 def test_differences_are_those_of_the_space_a_state_lives_in() -> None:
-    model = gf.plants.attitude_kinematics()
+    model = attitude_kinematics()
     space = model.space
     turned = space.plus(jnp.array([0.0, 0.0, 0.0, 1.0]), jnp.array([0.1, -0.2, 0.3]))
     law = StateFeedback(jnp.eye(3), SetPoint([0.0, 0.0, 0.0, 1.0], jnp.zeros(3)), space=space)
