@@ -17,7 +17,7 @@ from ..contender_table import cell
 from ..experiment import Contender
 from ..figures import Figure, Panel, Table, curve
 from ..outcome import Outcome
-from ..prepared import Prepared
+from ..prepared import Prepared, once
 from ..statistics import Measured
 from .aiding import FINE, PAPERS, Recipe, beside, filtered, watched
 from .comparing import ratio
@@ -67,7 +67,7 @@ def after(kind: str, samples: int) -> str:
     return f"{kind}, {samples} samples"
 
 
-@functools.cache
+@once
 def examples() -> tuple[np.ndarray, np.ndarray]:
     """What the design filter tells a network and what that should say, of all training records in random order."""
     _, played = watched(SCENARIO, PAPERS, design())

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
@@ -156,8 +157,8 @@ def figures(outcome: Outcome) -> list[Figure]:
         marks = [Line("true", x, true[signal], reference=True)]
         for passes in (1, 2):
             network = learned(signal, passes)[0].network
-            said = np.array([float(network(jnp.asarray(context))[0]) for context in contexts])
-            marks.append(Line(f"CMAC, pass {passes}", x, scale * said))
+            said = jax.vmap(network)(jnp.asarray(contexts))[:, 0]
+            marks.append(Line(f"CMAC, pass {passes}", x, scale * np.asarray(said)))
         drawn.append(
             Figure(
                 "What the maps of the vehicle's sensors learned",
