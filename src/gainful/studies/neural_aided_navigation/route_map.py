@@ -54,13 +54,14 @@ def figures(outcome: Outcome) -> list[Figure]:
     said = np.asarray(jax.vmap(found.network)(jnp.asarray(places)[:, None]))[:, 0]
     true = np.asarray(TRACK_SCENARIOS[SCENARIO].fix_error(jnp.asarray(places)))
     known = np.asarray(jax.vmap(found.known)(jnp.asarray(places)[:, None]))
-    marks = (Line("true", places, true, reference=True), Line("learned", places, np.where(known, said, np.nan)))
+    shown = places / 1000.0
+    marks = (Line("true", shown, true, reference=True), Line("learned", shown, np.where(known, said, np.nan)))
     return [
         Figure(
             "An error of the fixes that repeats along the track",
             "A CMAC of the displacement, learned from forty records.",
             (Panel("error of a fix", marks, "m"),),
-            "displacement [m]",
+            "displacement [km]",
         )
     ]
 
