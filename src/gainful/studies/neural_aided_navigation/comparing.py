@@ -9,8 +9,8 @@ from ..contender_table import cell
 from ..figures import Table
 from ..outcome import Outcome
 
-Published = Mapping[str, tuple[float, float]]
-"""Numbers of displacement and speed by contender."""
+Published = Mapping[str, tuple[float | None, float | None]]
+"""Numbers of displacement and speed by contender, None where none was told."""
 
 
 def ratio(quantity: str, experiment: str, contender: str, over: str, expected: Tolerance) -> Check:
@@ -22,12 +22,19 @@ def ratio(quantity: str, experiment: str, contender: str, over: str, expected: T
     )
 
 
+def ratios(
+    quantity: str, experiment: str, contenders: Sequence[str], over: str, expected: Tolerance
+) -> tuple[Check, ...]:
+    """The same for several contenders over one."""
+    return tuple(ratio(quantity, experiment, name, over, expected) for name in contenders)
+
+
 def mean(what: str, experiment: str, contender: str, quantity: str, expected: Tolerance) -> Check:
     """The mean of a quantity."""
     return Check(what, lambda outcome: outcome.mean(experiment, contender, quantity), expected)
 
 
-def beside(
+def errors_beside(
     outcome: Outcome,
     title: str,
     experiment: str,
