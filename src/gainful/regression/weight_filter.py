@@ -158,11 +158,14 @@ class WeightFilter(eqx.Module):
             spread = self._walked_root(self._faded(state.spread - share * jnp.outer(cross, across)))
         else:
             share = jnp.where(told > 0, (1.0 - left) / safe, 0.0)
-            spread = self._faded(symmetrize(state.spread - share * jnp.outer(cross, cross)))
+            # Symmetric to the last bit, as is what it is taken from.
+            spread = self._faded(state.spread - share * jnp.outer(cross, cross))
             spread = spread + self.random_walk * jnp.eye(len(spread), dtype=spread.dtype)
-        # A covariance form may lose its covariance to rounding; a root cannot.
-        sound = jnp.all(jnp.isfinite(spread)) & jnp.all(jnp.isfinite(weights))
-        sound = sound & (square_root | (jnp.all(jnp.diagonal(spread) > 0) & (told >= 0)))
+        # A covariance form may lose its covariance to rounding; a root cannot. What is lost beside the diagonal shows in
+        # `told` with the next row.
+        diagonal = jnp.diagonal(spread)
+        sound = jnp.all(jnp.isfinite(diagonal)) & jnp.all(jnp.isfinite(weights)) & (told >= 0)
+        sound = sound & (square_root | jnp.all(diagonal > 0))
         kept = whole & sound
         spread = jnp.where(kept, spread, jnp.where(whole, self._prior(len(weights), weights.dtype), state.spread))
         after = WeightState(
@@ -180,7 +183,7 @@ class WeightFilter(eqx.Module):
         fitted = fit_weights(features, targets, float(self.prior_variance), float(self.noise_variance))
         if self.form == "square_root":
             return fitted
-        return WeightState(fitted.weights, fitted.cov, fitted.seen, fitted.skipped, fitted.resets, self.form)
+        return WeightState(fitted.weights, symmetrize(fitted.cov), fitted.seen, fitted.skipped, fitted.resets, self.form)
 
     def _prior(self, features: int, dtype: jnp.dtype) -> Float[Array, "l l"]:
         variance = jnp.asarray(self.prior_variance, dtype)
