@@ -1,14 +1,18 @@
 """What every test shares: reproducible seeds, a cache of compiled programs, and how much of the product of parts to try."""
 
-import gc
+import os
 import zlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
+
+# Compiling is most of the run time: without optimisation it takes a third, and last digits differ.
+os.environ["XLA_FLAGS"] = f"{os.environ.get('XLA_FLAGS', '')} --xla_backend_optimization_level=0".strip()
 
 import hypothesis
 import jax
 import numpy as np
 import pytest
+from provoked import Provoked
 
 import gainful  # noqa: F401  # switches 64-bit numbers on before anything is traced
 from gainful.running import compiled
@@ -22,8 +26,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
+    config.pluginmanager.register(Provoked())
     if hasattr(config, "cache"):  # absent under -p no:cacheprovider
-        # Compiling is most of the run time; programs that take long are kept for the next run.
+        # Programs that take long to compile are kept for the next run.
         jax.config.update("jax_compilation_cache_dir", str(config.cache.mkdir("jax")))
         jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.3)
     # Derandomised: the same examples each time, so that a red test is red for everybody.
@@ -62,6 +67,14 @@ def room_for_programs() -> Iterator[None]:
     yield
     maps = Path("/proc/self/maps")
     if maps.exists() and maps.read_bytes().count(b"\n") > MAPPED:
-        compiled._executables.clear()
-        jax.clear_caches()
-        gc.collect()
+        compiled.forget_programs()
+
+
+@pytest.fixture
+def as_users_compile(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Runs are compiled with optimisation, which tests of last digits ask for."""
+    plain = compiled.compiler_options
+    monkeypatch.setattr(compiled, "_executables", {})
+    monkeypatch.setattr(
+        compiled, "compiler_options", lambda **asked: plain(**asked) | {"xla_backend_optimization_level": 3}
+    )

@@ -1,15 +1,15 @@
-"""Permissions mean nothing to root: run as somebody who has none. And: which messages have been provoked."""
+"""What several files share: records in a test's own folder, and somebody without permissions (root has them all)."""
 
 import contextlib
 import os
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
-from typing import Any
 
 import pytest
 
-from gainful.errors import GainfulError
+import gainful as gf
+
+from .problems import walk
 
 NOBODY = 65534
 
@@ -32,21 +32,23 @@ def as_nobody() -> Callable[[], AbstractContextManager[None]]:
     return switch
 
 
-@pytest.fixture(scope="session", autouse=True)
-def raised() -> Iterator[set[tuple[str, int]]]:
-    """File and line of every place that has made one of the library's errors so far."""
-    places: set[tuple[str, int]] = set()
+@pytest.fixture
+def put(tmp_path):
+    """Writes a file into the test's folder and returns its name."""
 
-    def noting(self: GainfulError, *arguments: Any, **named: Any) -> None:
-        frame = sys._getframe(1)
-        places.add((frame.f_code.co_filename, frame.f_lineno))
-        super(GainfulError, self).__init__(*arguments, **named)
+    def write(text, name="log.csv"):
+        (tmp_path / name).write_bytes(text if isinstance(text, bytes) else text.encode())
+        return name
 
-    GainfulError.__init__ = noting  # type: ignore[method-assign]
-    yield places
-    del GainfulError.__init__
+    return write
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """The test that looks at what all others have provoked comes last."""
-    items.sort(key=lambda item: item.name == "test_every_message_of_the_library_is_provoked_here")
+@pytest.fixture
+def read(tmp_path):
+    """Reads a record of the one-number model, `y` from column `x`, unless told otherwise."""
+
+    def log(model=None, **given):
+        source = {"outputs": {"y": "x"}, "file": "log.csv"} | given
+        return gf.read_log(walk() if model is None else model, gf.Source(**source), tmp_path)
+
+    return log

@@ -161,3 +161,17 @@ def run_breakable(estimator: str = "ekf", mean: float = 1.0, y: Any = None, **ch
     model = breakable(**changes)
     log = gf.make_log(model, np.arange(6.0), np.ones(6) if y is None else y)
     return gf.run(ESTIMATORS[estimator], model, gf.make_prior(model, [mean], [1.0]), log)
+
+
+def estimate(kind, model=None, prior=None, y=None, t=None, **options):
+    """A run along the pendulum with something replaced."""
+    model = pendulum() if model is None else model
+    times, _, measured = swung()
+    log = gf.make_log(model, times if t is None else t, measured if y is None else y)
+    return gf.run(ESTIMATORS[kind], model, gf.make_prior(model, MEAN, STD) if prior is None else prior, log, **options)
+
+
+def with_one(value):
+    y = swung()[2].copy()
+    y[100] = value
+    return y

@@ -10,6 +10,7 @@ import pytest
 import gainful as gf
 from gainful.aiding import SensorMap, validation_gate
 from gainful.errors import ConfigError, DataError, GainfulError, ShapeError
+from gainful.linearization import Taylor
 from gainful.networks import (
     CMAC,
     AffineTraining,
@@ -19,7 +20,7 @@ from gainful.networks import (
     make_tiling,
     zero_map,
 )
-from gainful.updates import Context, Corrected, InnovationHistory, OnlineGate
+from gainful.updates import Context, Corrected, Exact, InnovationHistory, Likelihood, OnlineGate
 
 KEY = jax.random.key(0)
 LINE = np.linspace(0.0, 1.0, 200)[:, None]
@@ -39,6 +40,14 @@ def trained(**options: object) -> object:
 def learned(**options: object) -> object:
     given = {"signal": "y", "context": ["x"], "key": KEY} | options
     return gf.learn_sensor_map(MODEL, [LOG, LOG], [np.zeros((60, 2))] * 2, **given)
+
+
+def timeless(features: Context) -> object:
+    """Features of a measurement that nobody told the moment of."""
+    seen, still = jnp.ones(1, bool), jnp.zeros((2, 2))
+    likelihood = Likelihood(lambda x: x[:1], MODEL.output, jnp.eye(1), seen, still, MODEL.sensors, Taylor())
+    _, update = Exact()(None, PRIOR, likelihood, jnp.zeros(1))
+    return features(features.init(MODEL), likelihood, update)
 
 
 MISTAKES: list[tuple[Callable[[], object], type[GainfulError], str]] = [
@@ -71,6 +80,7 @@ MISTAKES: list[tuple[Callable[[], object], type[GainfulError], str]] = [
     (lambda: OnlineGate(least=-1), ConfigError, "least: expected a whole number of at least 0, got -1"),
     (lambda: InnovationHistory(leaks=(1.0,)), ConfigError, "leaks: expected numbers of at least 0 and below 1"),
     (lambda: Context(("z",)).init(MODEL), ConfigError, "signals: 'z' is no state, input or time"),
+    (lambda: timeless(Context(("t",))), ConfigError, "context features: expected an update that is told the moment"),
     (
         lambda: Corrected(zero_map(5, 2), least_visits=-1.0),
         ConfigError,

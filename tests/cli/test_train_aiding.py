@@ -155,3 +155,12 @@ def test_a_configuration_without_a_training_section_is_refused(tmp_path) -> None
     config.write_text(config.read_text().split("[training]")[0])
     result = command("train-aiding", config, "--out", tmp_path / "out")
     assert "training: missing; what is to be learned, and from which records?" in " ".join(result.stderr.split())
+
+
+def test_a_training_section_that_asks_for_nothing_is_refused(tmp_path) -> None:
+    config = home(tmp_path)
+    before, _ = config.read_text().split("[training]")
+    config.write_text(f"{before}[training]\naiding = false\n")
+    result = command("train-aiding", config, "--out", tmp_path / "out")
+    said = "training: expected something to learn, got aiding = false and no maps"
+    assert said in " ".join(result.stderr.split())

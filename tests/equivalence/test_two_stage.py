@@ -195,7 +195,7 @@ def test_a_missing_sample_leaves_biases_and_coupling(problem):
 @pytest.mark.parametrize(
     "update", [InnovationScaling(gate=0.0), InnovationScaling(cap=1.0, gate=1.0), StrongTracking(cap=1.0)]
 )
-def test_adaptation_that_never_acts_changes_no_bit(problem, update):
+def test_adaptation_that_never_acts_changes_no_bit(problem, update, as_users_compile):
     adaptive = of(problem, two_stage_unscented_kalman_filter(update=update))
     plain = of(problem, two_stage_unscented_kalman_filter())
     assert np.array_equal(adaptive.mean, plain.mean)

@@ -1,6 +1,5 @@
 """The README on outages says what comes of cutting them into the record."""
 
-import importlib.util
 import re
 
 import numpy as np
@@ -11,19 +10,10 @@ from gainful.jobs import estimate
 from .test_examples import EXAMPLES, recorded
 
 FOLDER = EXAMPLES / "car_outages"
+SCRIPT = FOLDER / "outages.py"
 README = (FOLDER / "README.md").read_text(encoding="utf-8")
 ONE_PROGRAM = ("no wheels, nothing learned", "wheels, nothing learned", "wheels, wheel offset")
 OTHERS = "half a minute of maps for all rows; --full tries them"
-
-
-@pytest.fixture(scope="module")
-def script():
-    spec = importlib.util.spec_from_file_location("outages", FOLDER / "outages.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 @pytest.fixture(scope="module")

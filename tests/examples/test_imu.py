@@ -1,6 +1,5 @@
 """The README on the inertial unit says what its trials say."""
 
-import importlib.util
 import re
 
 import jax.numpy as jnp
@@ -14,18 +13,9 @@ from gainful.noise import with_scaled_noise
 from .test_examples import EXAMPLES, recorded
 
 FOLDER = EXAMPLES / "imu"
+SCRIPT = FOLDER / "attitude.py"
 README = (FOLDER / "README.md").read_text(encoding="utf-8")
 QUICK = ("exact", "gated for good", "sage_husa")
-
-
-@pytest.fixture(scope="module")
-def script():
-    spec = importlib.util.spec_from_file_location("attitude", FOLDER / "attitude.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 @pytest.fixture(scope="module")

@@ -1,6 +1,5 @@
 """The rotary actuator's README says what its record says."""
 
-import importlib.util
 import re
 
 import numpy as np
@@ -11,17 +10,8 @@ from gainful.jobs import estimate, parameter_rows
 from .test_examples import EXAMPLES, recorded
 
 FOLDER = EXAMPLES / "rotary_actuator"
+SCRIPT = FOLDER / "all_strokes.py"
 README = (FOLDER / "README.md").read_text(encoding="utf-8")
-
-
-@pytest.fixture(scope="module")
-def script():
-    spec = importlib.util.spec_from_file_location("all_strokes", FOLDER / "all_strokes.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 @pytest.fixture(scope="module")

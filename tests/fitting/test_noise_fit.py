@@ -221,6 +221,19 @@ def test_outliers_that_the_filter_rejects_do_not_make_the_noise_large() -> None:
     assert plain.outputs["y"] > 3
 
 
+def test_a_likelihood_that_jumps_is_searched_by_values_and_bends_like_one_without_jumps() -> None:
+    told, log = track(*TRUE), drawn(900, 12)
+    # Clipping at two sigmas takes one reading in twenty, and each changes the covariance where it changes sides.
+    clipping = gf.kalman_filter(update=gf.MasreliezMartin(threshold=2.0))
+    plain, robust = (gf.fit_noise(each, told, PRIOR, log, held_out=0.0) for each in (gf.kalman_filter(), clipping))
+    assert robust.converged
+    errors = [np.array([each.standard_error for each in fit.entries]) for fit in (plain, robust)]
+    # A parabola through 30 values that jump by a nat or two, over what they fall by at 0.3: to a factor of two.
+    np.testing.assert_array_less(errors[1], 2.0 * errors[0])
+    np.testing.assert_array_less(0.5 * errors[0], errors[1])
+    assert (np.abs(np.log(sigmas(robust) / TRUE)) < 4 * errors[0]).all()
+
+
 def test_of_several_starts_the_best_is_kept(log: gf.Log, fit: gf.running.NoiseFit) -> None:
     found = gf.fit_noise(gf.kalman_filter(), MODEL, PRIOR, log, held_out=0.0, starts=3, seed=1)
     assert found.fitted == pytest.approx(fit.fitted, abs=1e-7)

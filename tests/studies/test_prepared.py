@@ -1,9 +1,13 @@
 """Contenders that are prepared are made once, when they are wanted, and not to be counted or asked for by name."""
 
+import threading
+from concurrent.futures import ThreadPoolExecutor
+
 import pytest
 
 from gainful.errors import ConfigError
 from gainful.studies import Experiment, Prepared, Quantity
+from gainful.studies.prepared import once
 
 
 def counting():
@@ -46,3 +50,40 @@ def test_an_experiment_is_checked_without_making_its_contenders():
     assert not made
     with pytest.raises(KeyError):
         prepared["c"]
+
+
+def test_two_contenders_are_made_side_by_side_and_what_both_need_only_once():
+    both, found = threading.Barrier(2, timeout=20.0), []
+
+    @once
+    def lessons(*, of):
+        found.append(of)
+        return object()
+
+    def make():
+        both.wait()  # which a single thread would never pass
+        shared = lessons(of="x")
+        return lambda record: shared
+
+    prepared = Prepared({"a": make, "b": make})
+    with ThreadPoolExecutor(2) as pool:
+        first, second = pool.map(prepared.__getitem__, ("a", "b"))
+    assert first(None) is second(None)
+    assert found == ["x"]
+    assert lessons.__name__ == "lessons"
+
+
+def test_what_failed_is_tried_again():
+    tries = []
+
+    @once
+    def sometimes(x):
+        tries.append(x)
+        if len(tries) == 1:
+            raise ZeroDivisionError
+        return x
+
+    with pytest.raises(ZeroDivisionError):
+        sometimes(1)
+    assert sometimes(1) == sometimes(1) == 1
+    assert tries == [1, 1]

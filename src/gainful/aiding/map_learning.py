@@ -12,9 +12,10 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..errors import ConfigError, DataError, ShapeError
-from ..models import AbstractModel
+from ..models import AbstractModel, Sample
 from ..networks import AbstractTraining, CMACTraining, TrainingReport
 from ..running import Log, Result, samples_of
+from ..running.compiled import compiled_call
 from .sensor_maps import SensorMap, SensorMappedModel, angular, check_signal, context_of
 
 _OVERLAP = 1.3 * math.pi  # rad; angles are learned so far beyond a half turn, so that the map closes
@@ -154,12 +155,19 @@ def _examples(
     chosen = np.flatnonzero(rows)[::every]
     samples = jax.tree.map(lambda leaf: jnp.asarray(leaf[chosen]), samples_of(log, float))
 
-    def one(x: Array, sample: object) -> tuple[Array, Array]:
-        y = model.observe(x, sample.when)  # type: ignore[attr-defined]
-        return context_of(context, model, x, y, sample.when), model.output.minus(sample.y, y)[row]  # type: ignore[attr-defined]
-
-    found = jax.jit(jax.vmap(one))(jnp.asarray(states[chosen]), samples)
+    found, _ = compiled_call(_contexts, (model, context, row), jnp.asarray(states[chosen]), samples)
     return np.asarray(found[0]), np.asarray(found[1])
+
+
+def _contexts(parts: tuple[AbstractModel, tuple[str, ...], int], states: Array, samples: Sample) -> tuple[Array, Array]:
+    """Contexts at reference states, and errors of a signal there."""
+    model, context, row = parts
+
+    def one(x: Array, sample: Sample) -> tuple[Array, Array]:
+        y = model.observe(x, sample.when)
+        return context_of(context, model, x, y, sample.when), model.output.minus(sample.y, y)[row]
+
+    return jax.vmap(one)(states, samples)
 
 
 def _closed(
@@ -176,8 +184,13 @@ def _closed(
 
 def _left(each: SensorMap, inputs: np.ndarray, errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """What the map leaves of the errors, and where it says anything."""
-    said = jax.jit(jax.vmap(lambda u: (each.error(u), each.known(u))))(jnp.asarray(inputs))
+    said, _ = compiled_call(_said, each, jnp.asarray(inputs))
     return errors - np.asarray(said[0]), np.asarray(said[1])
+
+
+def _said(each: SensorMap, inputs: Array) -> tuple[Array, Array]:
+    """Errors in many contexts, and whether they are known."""
+    return jax.vmap(lambda u: (each.error(u), each.known(u)))(inputs)
 
 
 def _rms(values: np.ndarray) -> float:

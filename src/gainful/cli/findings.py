@@ -31,6 +31,7 @@ def print_studies(studies: Mapping[str, Entry], console: Console | None = None) 
     for name, entry in studies.items():
         table.add_row(Text(name), Text(entry.summary))
     console.print(table)
+    console.print(Text("run them all:  gainful study all"), soft_wrap=True)
     console.print(Text(f"run one:  gainful study {next(iter(studies))}"), soft_wrap=True)
 
 
@@ -52,6 +53,11 @@ def print_findings(job: StudyJob, console: Console | None = None) -> None:
         console.print(Text(f"wrote {job.folder / FILES[0]}, {', '.join(FILES[1:])}"), soft_wrap=True)
 
 
+def verdict_text(verdict: Verdict) -> Text:
+    """A verdict with its mark, in its colour."""
+    return Text(f"{LOOKS[verdict].mark} {verdict}", style=_STYLE[verdict])
+
+
 def _claims(outcome: Outcome) -> Table:
     """One line per claim; all checks are in the report."""
     table = Table(title="claims", title_justify="left", title_style="bold", header_style="bold")
@@ -60,9 +66,13 @@ def _claims(outcome: Outcome) -> Table:
     table.add_column("checks", no_wrap=True, justify="right", min_width=8)
     table.add_column("what decides", no_wrap=True, overflow="ellipsis", ratio=5)
     for finding in outcome.findings:
-        verdict = Text(f"{LOOKS[finding.verdict].mark} {finding.verdict}", style=_STYLE[finding.verdict])
         told = f"{finding.telling.what}: {finding.telling.found}"
-        table.add_row(verdict, Text(finding.claim.name), Text(f"{finding.passed} of {len(finding.checks)}"), Text(told))
+        table.add_row(
+            verdict_text(finding.verdict),
+            Text(finding.claim.name),
+            Text(f"{finding.passed} of {len(finding.checks)}"),
+            Text(told),
+        )
     return table
 
 

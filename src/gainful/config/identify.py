@@ -11,7 +11,7 @@ from ..errors import ConfigError, did_you_mean
 from ..identification import Equation, Recording, parse_equation
 from ..identification.terms import CONSTANTS, FUNCTIONS
 from ..io import Column, Resample, Source, read_recording
-from ..io.source import Duplicates, Late
+from ..io.source import RecordFiles
 from ..regression.weak_form import WINDOW
 from .files import load_python
 from .network import NetworkSection
@@ -39,7 +39,7 @@ class EquationSection:
 
 
 @dataclasses.dataclass(frozen=True)
-class RecordingSection:
+class RecordingSection(RecordFiles):
     """The recording.
 
     Attributes:
@@ -47,14 +47,9 @@ class RecordingSection:
         noise: standard deviation of one sensor's noise by signal, where it is known, in the signal's unit.
         dt: time between rows [s]; by default the file's own.
         resample: "none" where samples are equally spaced but for missing ones, or "linear" interpolation.
-        folder: of the files, relative to the configuration.
-        file: default file.
-        time: default time column; empty where rows are equally spaced by `dt`.
-        time_unit: its unit.
-        late: "refuse" rows whose time goes back, or "sort" them.
-        duplicates: rows of one signal at one time: "refuse", or take the "first" or the "last".
-        start: leave out rows before this time [s].
-        stop: leave out rows after this time [s].
+
+    Files, times and rows as `RecordFiles` has them. An empty `time` stands for rows equally spaced by `dt`; of rows at one
+    time none can be kept.
     """
 
     __pydantic_config__: ClassVar[dict[str, Any]] = _STRICT
@@ -63,14 +58,6 @@ class RecordingSection:
     noise: dict[str, float] = dataclasses.field(default_factory=dict)
     dt: float | None = None
     resample: Resample = "none"
-    folder: str = "."
-    file: str = ""
-    time: str = "t"
-    time_unit: str = "s"
-    late: Late = "refuse"
-    duplicates: Duplicates = "refuse"
-    start: float | None = None
-    stop: float | None = None
 
 
 @dataclasses.dataclass(frozen=True)
@@ -215,6 +202,5 @@ def _read(config: IdentifyConfig, data: RecordingSection, base: Path) -> Recordi
         ]
         for name, given in data.signals.items()
     }
-    common = {field.name for field in dataclasses.fields(data)} & {field.name for field in dataclasses.fields(Source)}
-    source = Source({}, **{name: getattr(data, name) for name in common})
+    source = Source({}, **{field.name: getattr(data, field.name) for field in dataclasses.fields(RecordFiles)})
     return read_recording(config.signals, listed, source, base, noise=data.noise, dt=data.dt, resample=data.resample)

@@ -7,7 +7,6 @@ import dataclasses
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..errors import ConfigError
 from ..filters import AbstractEstimator
 from ..regression import (
     ConstantRowNoise,
@@ -19,7 +18,7 @@ from ..regression import (
 )
 from ..regression.batch import Fit
 from ..running import make_log, make_prior, run
-from .methods import RECURSIVE, Problem, split
+from .methods import Problem, split
 
 _VAGUE = 1e3
 """Standard deviation of the prior over the parameters' size."""
@@ -56,11 +55,9 @@ def follow(problem: Problem, method: str, forgetting: float = 1.0) -> Track:
         forgetting: how much a row counts one row later.
 
     Raises:
-        ConfigError: a method that is not recursive, or forgetting that is none.
+        ConfigError: a forgetting factor that is none.
     """
     base, weak = split(method)
-    if base not in RECURSIVE:
-        raise ConfigError(f"method: expected a recursive one ({', '.join(RECURSIVE)}), got {method!r}")
     rows, names = problem.rows(weak), problem.equation.parameters
     model = regression_model(dict.fromkeys(names, "1"), ("regressand",))
     start = problem.fit("weak-ls" if weak else "ls")

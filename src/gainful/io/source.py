@@ -79,14 +79,11 @@ class Outage:
     stop: float | None = None
 
 
-@dataclasses.dataclass(frozen=True)
-class Source:
-    """A record in files.
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class RecordFiles:
+    """Where the files of a record are, what their times mean, and which rows count.
 
     Attributes:
-        outputs: where each measured signal is found, a `Column` or just its name; one left out is never measured.
-        inputs: where each input is found.
-        truth: reference values of states, for comparison only.
         folder: of the files, relative to the configuration.
         file: default file.
         time: default time column.
@@ -94,11 +91,33 @@ class Source:
         late: "refuse" rows whose time goes back, or "sort" them.
         duplicates: rows of one signal at one time: "refuse", "keep" as separate measurements, or take the "first" or
             the "last". Rows in which a signal is missing do not count; of an input's values kept, the last holds.
-        max_step: longest interval predicted in one go [s]; longer ones are split.
         start: leave out rows before this time [s].
         stop: leave out rows after this time [s].
+    """
+
+    folder: str = "."
+    file: str = ""
+    time: str = "t"
+    time_unit: str = "s"
+    late: Late = "refuse"
+    duplicates: Duplicates = "refuse"
+    start: float | None = None
+    stop: float | None = None
+
+
+@dataclasses.dataclass(frozen=True)
+class Source(RecordFiles):
+    """A record in files.
+
+    Attributes:
+        outputs: where each measured signal is found, a `Column` or just its name; one left out is never measured.
+        inputs: where each input is found.
+        truth: reference values of states, for comparison only.
+        max_step: longest interval predicted in one go [s]; longer ones are split.
         local: geodetic columns turned into metres.
         outages: times in which outputs are left out on purpose.
+
+    By name, files, times and rows as `RecordFiles` has them.
     """
 
     __pydantic_config__: ClassVar[dict[str, Any]] = {"extra": "forbid"}
@@ -106,15 +125,7 @@ class Source:
     outputs: dict[str, Column]
     inputs: dict[str, Column] = dataclasses.field(default_factory=dict)
     truth: dict[str, Column] = dataclasses.field(default_factory=dict)
-    folder: str = "."
-    file: str = ""
-    time: str = "t"
-    time_unit: str = "s"
-    late: Late = "refuse"
-    duplicates: Duplicates = "refuse"
     max_step: float | None = None
-    start: float | None = None
-    stop: float | None = None
     local: list[LocalFrame] = dataclasses.field(default_factory=list)
     outages: list[Outage] = dataclasses.field(default_factory=list)
 

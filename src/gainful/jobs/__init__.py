@@ -3,6 +3,7 @@
 from .aiding import aiding_gain_rows
 from .estimate import EstimateJob, estimate, state_rows
 from .faults import FaultFindings, fault_rows_of
+from .gallery import GalleryJob, run_all_studies
 from .identify import IdentifyJob, identify_log
 from .identify_network import NetworkJob
 from .parameters import parameter_rows
@@ -19,6 +20,7 @@ __all__ = [
     "train",
     "EstimateJob",
     "FaultFindings",
+    "GalleryJob",
     "IdentifyJob",
     "NetworkJob",
     "StudyJob",
@@ -29,6 +31,7 @@ __all__ = [
     "likelihood_rows",
     "noise_rows",
     "parameter_rows",
+    "run_all_studies",
     "run_study",
     "state_rows",
     "tune",

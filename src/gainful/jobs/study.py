@@ -13,12 +13,12 @@ import jax
 import pandas as pd
 
 from ..io import check_folder, whole_folder
-from ..report import write_study_report
+from ..report import make_card, write_study_report
 from ..studies import Band, Chart, Figure, Line, Outcome, Study, Table, find_study
 from ..version import __version__
 from .json_text import json_text
 
-FILES = ("report.html", "results.json", "results.parquet", "figures.parquet")
+FILES = ("report.html", "results.json", "results.parquet", "figures.parquet", "card.json")
 """What a study leaves in its folder."""
 
 
@@ -53,8 +53,8 @@ def run_study(
     Args:
         name: as the registry has it.
         folder: where to leave `report.html` (claims, tables, figures), `results.json` (the same as data),
-            `results.parquet` (every number of every run) and `figures.parquet` (all that is drawn), all or none;
-            nothing if None.
+            `results.parquet` (every number of every run), `figures.parquet` (all that is drawn) and `card.json` (what the
+            gallery of all studies shows of it), all or none; nothing if None.
         runs: Monte Carlo runs; by default the study's own.
         seed: of the random keys; by default the study's own.
         started: called with the study before it runs.
@@ -91,6 +91,8 @@ def _write(job: StudyJob, folder: Path) -> None:
         (scratch / "results.json").write_text(json_text(_summary(job)), encoding="utf-8")
         _runs_table(outcome).to_parquet(scratch / "results.parquet")
         _figures_table(figures).to_parquet(scratch / "figures.parquet")
+        card = make_card(outcome, figures, seconds=job.seconds, version=__version__)
+        (scratch / "card.json").write_text(card.text(), encoding="utf-8")
         write_study_report(outcome, scratch / "report.html", tables=job.tables, figures=figures, facts=facts)
 
 

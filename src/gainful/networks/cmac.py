@@ -70,11 +70,7 @@ class CMAC(AbstractNetwork):
 
     def addresses(self, u: Float[Array, " inputs"]) -> Int[Array, " active"]:
         """The cells an input belongs to."""
-        found, start = [], 0
-        for tiling in self.tilings:
-            found.append(start + tiling.addresses(u))
-            start += tiling.cells
-        return jnp.concatenate(found)
+        return cells_of(self.tilings, u)
 
     def __call__(self, u: Float[Array, " inputs"]) -> Float[Array, " outputs"]:
         return jnp.sum(self.weights[self.addresses(u)], axis=0)
@@ -104,6 +100,15 @@ class CMAC(AbstractNetwork):
     def collides(self) -> bool:
         """Whether an input may belong to one cell twice."""
         return any(tiling.hashed for tiling in self.tilings)
+
+
+def cells_of(tilings: tuple[Tiling, ...], u: Float[Array, " inputs"]) -> Int[Array, " active"]:
+    """The cells of several tables, one behind the other, that an input belongs to."""
+    found, start = [], 0
+    for tiling in tilings:
+        found.append(start + tiling.addresses(u))
+        start += tiling.cells
+    return jnp.concatenate(found)
 
 
 def check_rule(rate: float, exponent: float) -> None:

@@ -14,9 +14,9 @@ from jaxtyping import Array, Float, Int
 
 from ..errors import ConfigError, DataError, did_you_mean
 from .base import AbstractTraining, TrainingReport, checked_examples
-from .cmac import CMAC, check_rule, credited, empty_cmac
+from .cmac import CMAC, cells_of, check_rule, credited, empty_cmac
 from .inputs import input_warnings, varying
-from .tiling import check_sizes, make_tiling
+from .tiling import Tiling, check_sizes, make_tiling
 
 METHODS = ("credit", "ridge")
 
@@ -222,7 +222,12 @@ def train_by_least_squares(
 
 
 def _cells(network: CMAC, inputs: np.ndarray) -> Int[Array, "N active"]:
-    return jax.jit(jax.vmap(network.addresses))(jnp.asarray(inputs))
+    return _addresses(network.tilings, jnp.asarray(inputs))
+
+
+@eqx.filter_jit
+def _addresses(tilings: tuple[Tiling, ...], inputs: Array) -> Int[Array, "N active"]:
+    return jax.vmap(lambda u: cells_of(tilings, u))(inputs)
 
 
 def _check_visits(network: CMAC, cells: Int[Array, "N active"], least: int) -> None:

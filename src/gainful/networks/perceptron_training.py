@@ -133,7 +133,9 @@ def train_perceptron(
     inputs, targets = checked_examples(inputs, targets)
     data = jnp.asarray(inputs), jnp.asarray(targets)
     train = _by_lbfgs if recipe.method == "lbfgs" else _by_descent
-    trained, lost = train(network, *data, recipe, key)
+    # The rate is an array, so that trainings that differ in it share a program.
+    tunable = eqx.tree_at(lambda each: each.rate, recipe, jnp.asarray(recipe.rate, float))
+    trained, lost = train(network, *data, tunable, key)
     hint = "lower the rate" if recipe.method == "sgd" else "look for outliers among the examples"
     return trained, perceptron_report(trained, inputs, targets, hint if bool(lost) else None)
 

@@ -158,17 +158,14 @@ class WeightFilter(eqx.Module):
             spread = self._walked_root(self._faded(state.spread - share * jnp.outer(cross, across)))
         else:
             share = jnp.where(told > 0, (1.0 - left) / safe, 0.0)
-            # As symmetric as it was, to the last digit.
+            # Symmetric to the last bit, as is what it is taken from.
             spread = self._faded(state.spread - share * jnp.outer(cross, cross))
             spread = spread + self.random_walk * jnp.eye(len(spread), dtype=spread.dtype)
-        # A covariance form may lose its covariance to rounding; a root cannot.
-        sound = jnp.all(jnp.isfinite(weights)) & jnp.isfinite(told)
-        if square_root:
-            sound = sound & jnp.all(jnp.isfinite(spread))
-        else:
-            # No entry of a covariance is larger than those of its diagonal.
-            variances = jnp.diagonal(spread)
-            sound = sound & jnp.all(jnp.isfinite(variances) & (variances > 0)) & (told >= 0)
+        # A covariance form may lose its covariance to rounding; a root cannot. What is lost beside the diagonal shows in
+        # `told` with the next row.
+        diagonal = jnp.diagonal(spread)
+        sound = jnp.all(jnp.isfinite(diagonal)) & jnp.all(jnp.isfinite(weights)) & (told >= 0)
+        sound = sound & (square_root | jnp.all(diagonal > 0))
         kept = whole & sound
         spread = jnp.where(kept, spread, jnp.where(whole, self._prior(len(weights), weights.dtype), state.spread))
         after = WeightState(
@@ -186,7 +183,9 @@ class WeightFilter(eqx.Module):
         fitted = fit_weights(features, targets, float(self.prior_variance), float(self.noise_variance))
         if self.form == "square_root":
             return fitted
-        return WeightState(fitted.weights, fitted.cov, fitted.seen, fitted.skipped, fitted.resets, self.form)
+        return WeightState(
+            fitted.weights, symmetrize(fitted.cov), fitted.seen, fitted.skipped, fitted.resets, self.form
+        )
 
     def _prior(self, features: int, dtype: jnp.dtype) -> Float[Array, "l l"]:
         variance = jnp.asarray(self.prior_variance, dtype)

@@ -38,6 +38,7 @@ def page_text(template: str, sections: Sequence[Section], **given: Any) -> str:
     environment.filters |= {
         "cell": cell,
         "heading": heading,
+        "sentence": lambda text: text[:1].upper() + text[1:].replace("-", " "),
         "unbroken": lambda text: text.replace(" %", "\N{NO-BREAK SPACE}%"),
     }
     groups = [(head, list(group)) for head, group in itertools.groupby(sections, lambda section: section.title)]

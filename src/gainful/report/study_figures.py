@@ -42,9 +42,14 @@ Stroke = tuple[str, str]
 """Colour and dash."""
 
 
-def study_sections(figures: Sequence[Figure | Chart]) -> list[Section]:
-    """The figures of a study as the page wants them."""
-    strokes = _strokes(figures)
+def study_sections(figures: Sequence[Figure | Chart], *, among: Sequence[Figure | Chart] = ()) -> list[Section]:
+    """The figures of a study as the page wants them.
+
+    Args:
+        figures: to be drawn.
+        among: all figures of the study, if these are some of them: a name then looks as it does in the whole.
+    """
+    strokes = _strokes(among or figures)
     out: list[Section] = []
     for figure in figures:
         if isinstance(figure, Chart):

@@ -17,7 +17,7 @@ from ..filters import AbstractEstimator
 from ..linalg import check_covariance
 from ..models import AbstractModel, Instant
 from ..models.functions import Matrix
-from .compiled import compiled_call
+from .compiled import compiled_call, split
 from .log import Log
 
 _STEP_TOLERANCE = 0.01
@@ -25,6 +25,9 @@ _STEP_TOLERANCE = 0.01
 
 _NOISE_ROWS = 64
 """Noise given as functions of time is looked at in so many places along the record."""
+
+_traced: set[Any] = set()
+"""Kinds of models whose functions have been traced; another record of the same is not traced again."""
 
 
 def check_problem(
@@ -135,14 +138,17 @@ def _check_functions(model: AbstractModel, prior: AbstractEstimate, moments: Ins
                 f"model: expected functions that can be hashed, got a {kind}; equinox.Module can"
             ) from problem
     x, when = prior.mean, jax.tree.map(lambda values: values[0], moments)
-    own = {"f": model.transition, "h": model.observe, "Q": model.process_noise, "R": model.measurement_noise}
-    for role, fn in own.items():
-        try:
-            jax.eval_shape(lambda x, when, fn=fn: fn(x, when), x, when)
-        except GainfulError:
-            raise
-        except Exception as problem:  # a user's function raises whatever it likes
-            raise ModelError(f"{role}: failed{place_of(problem)}: {_explained(problem)}") from problem
+    *_, kind = split((model, x, when))
+    if kind not in _traced:
+        own = {"f": model.transition, "h": model.observe, "Q": model.process_noise, "R": model.measurement_noise}
+        for role, fn in own.items():
+            try:
+                jax.eval_shape(lambda x, when, fn=fn: fn(x, when), x, when)
+            except GainfulError:
+                raise
+            except Exception as problem:  # a user's function raises whatever it likes
+                raise ModelError(f"{role}: failed{place_of(problem)}: {_explained(problem)}") from problem
+        _traced.add(kind)
     matrices = [leaf for leaf in jax.tree.leaves(model, is_leaf=_is_matrix) if _is_matrix(leaf)]
     if matrices and all(matrix.fn is None for matrix in matrices):
         return  # given as numbers, and checked when the model was made

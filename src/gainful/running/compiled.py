@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import threading
 import time
 from collections.abc import Callable
@@ -47,10 +48,8 @@ def compiled_call(fn: Callable[..., Any], fixed: Any, *moving: Any, quick: bool 
         quick: compiled three times sooner and run five times slower, for programs that are called a few times; the last
             digits differ.
     """
-    arrays, rest = eqx.partition((fixed, moving), eqx.is_array)
-    frozen = Frozen(rest)
-    leaves, structure = jax.tree.flatten(arrays)
-    key = (fn, frozen, structure, tuple((leaf.shape, str(leaf.dtype)) for leaf in leaves), quick)
+    arrays, frozen, kind = split((fixed, moving))
+    key = (fn, kind, quick)
     with _guard:
         lock = _locks.setdefault(key, threading.Lock())
     with lock:
@@ -61,6 +60,26 @@ def compiled_call(fn: Callable[..., Any], fixed: Any, *moving: Any, quick: bool 
             _executables[key] = program.lower(arrays).compile()
             seconds = time.perf_counter() - begin
     return _executables[key](arrays), seconds
+
+
+def forget_programs() -> None:
+    """Let go of every compiled program, as after a long job.
+
+    Each maps pieces of memory, and the compiler does not survive the limit that a system sets on their number.
+    """
+    with _guard:
+        _executables.clear()
+        _locks.clear()
+    jax.clear_caches()
+    gc.collect()
+
+
+def split(tree: Any) -> tuple[Any, Frozen, Any]:
+    """A tree's arrays, the rest of it, and what two trees have in common that share a program."""
+    arrays, rest = eqx.partition(tree, eqx.is_array)
+    frozen = Frozen(rest)
+    leaves, structure = jax.tree.flatten(arrays)
+    return arrays, frozen, (frozen, structure, tuple((leaf.shape, str(leaf.dtype)) for leaf in leaves))
 
 
 def _apply(fn: Callable[..., Any], arrays: Any, frozen: Frozen) -> Any:

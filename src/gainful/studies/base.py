@@ -151,10 +151,8 @@ class Study:
             ConfigError: runs or seed are no such numbers.
             ModelError: an experiment does not measure what it promises.
         """
-        runs, seed = self.runs if runs is None else runs, self.seed if seed is None else seed
-        for name, value, least in (("runs", runs, 1), ("seed", seed, 0), ("at_once", at_once, 1)):
-            if isinstance(value, bool) or not isinstance(value, int) or value < least:
-                raise ConfigError(f"{name}: expected a whole number of at least {least}, got {value!r}")
+        runs, seed = self.settings(runs, seed)
+        check_whole("at_once", at_once, 1)
         total, done = sum(experiment.runs(runs) for experiment in self.experiments), 0
 
         def one_more() -> None:
@@ -169,6 +167,17 @@ class Study:
         }
         return Outcome(self, runs, seed, results)
 
+    def settings(self, runs: int | None = None, seed: int | None = None) -> tuple[int, int]:
+        """Runs and seed as asked for, or the study's own.
+
+        Raises:
+            ConfigError: they are no such numbers.
+        """
+        runs, seed = self.runs if runs is None else runs, self.seed if seed is None else seed
+        check_whole("runs", runs, 1)
+        check_whole("seed", seed, 0)
+        return runs, seed
+
     def tables_of(self, outcome: Outcome) -> list[Table]:
         """The study's tables, or one per experiment."""
         return self._whole.tables_of(outcome)
@@ -180,3 +189,9 @@ class Study:
     @property
     def _whole(self) -> Chapter:
         return Chapter(self.experiments, self.claims, self.tables, self.figures, self.notes)
+
+
+def check_whole(name: str, value: object, least: int) -> None:
+    """Raise a `ConfigError` unless the value is a whole number of at least so much."""
+    if isinstance(value, bool) or not isinstance(value, int) or value < least:
+        raise ConfigError(f"{name}: expected a whole number of at least {least}, got {value!r}")

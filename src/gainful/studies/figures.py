@@ -82,6 +82,7 @@ class Figure:
         panels: from top to bottom.
         x_label: of the horizontal axis, if that is not time [s].
         x_log: whether that axis is logarithmic.
+        telling: whether it stands for the study in the gallery of all studies; one or two of a study should.
     """
 
     title: str
@@ -89,6 +90,7 @@ class Figure:
     panels: tuple[Panel, ...]
     x_label: str = ""
     x_log: bool = False
+    telling: bool = False
 
     def __post_init__(self) -> None:
         if not self.panels or not all(panel.marks for panel in self.panels):
@@ -106,6 +108,7 @@ class Chart:
         bars: the numbers by name.
         unit: of the numbers, "1" for none.
         log: whether their axis is logarithmic.
+        telling: whether it stands for the study in the gallery of all studies; one or two of a study should.
     """
 
     title: str
@@ -114,6 +117,7 @@ class Chart:
     bars: Mapping[str, Measured]
     unit: str = "1"
     log: bool = False
+    telling: bool = False
 
     def __post_init__(self) -> None:
         if not self.bars:

@@ -94,8 +94,8 @@ def run_experiment(
         at_once: runs in flight at the same time; more need more memory and change no number.
         together: whether these are stepped as one batch, whose rounding may differ in the last digits; by default only
             on accelerators.
-        workers: contenders that are compiled and run at the same time, in threads; one per core by default. They change no
-            number.
+        workers: contenders that are made, compiled and run at the same time, in threads; one per core by default. They
+            change no number.
         quick: compile without optimising, which changes the last digits; by default for experiments that are never run more
             than a few times.
 
@@ -196,8 +196,8 @@ def _batch(
     keys = jnp.stack([run_key(seed, min(indices[0] + k, indices[-1])) for k in range(how.at_once)])
     records, _ = compiled_call(_simulate_all, experiment.simulate, keys, quick=how.quick)
 
-    def judge(contender: Any) -> Any:
-        found, _ = compiled_call(_judge_all, _parts(experiment, contender), records, quick=how.quick)
+    def judge(name: str) -> Any:
+        found, _ = compiled_call(_judge_all, _parts(experiment, name), records, quick=how.quick)
         numbers, series, _ = found = jax.tree.map(np.asarray, found)
         _check(experiment, {what: value[0] for what, value in numbers.items()}, series)
         return found
@@ -205,7 +205,7 @@ def _batch(
     def pieces(tree: Any) -> _Pieces:
         return lambda k: jax.tree.map(lambda leaf: np.asarray(leaf[k]), tree)
 
-    found = zip(experiment.contenders, pool.map(judge, experiment.contenders.values()), strict=True)
+    found = zip(experiment.contenders, pool.map(judge, experiment.contenders), strict=True)
     return pieces(records), {name: pieces(each) for name, each in found}
 
 
@@ -217,21 +217,21 @@ def _one_by_one(
 
     records = list(pool.map(simulate, indices))
 
-    def judge(contender: Any) -> list[Any]:
-        # All runs of a contender in one thread: another contender may be compiled beside it.
-        parts, out = _parts(experiment, contender), []
+    def judge(name: str) -> list[Any]:
+        # All runs of a contender in one thread: another contender may be made and compiled beside it.
+        parts, out = _parts(experiment, name), []
         for record in records:
             found = jax.tree.map(np.asarray, compiled_call(_judge, parts, record, quick=how.quick)[0])
             _check(experiment, *found[:2])
             out.append(found)
         return out
 
-    found = zip(experiment.contenders, pool.map(judge, experiment.contenders.values()), strict=True)
+    found = zip(experiment.contenders, pool.map(judge, experiment.contenders), strict=True)
     return lambda k: jax.tree.map(np.asarray, records[k]), {name: each.__getitem__ for name, each in found}
 
 
-def _parts(experiment: Experiment, contender: Any) -> Any:
-    return contender, experiment.measure, experiment.trace
+def _parts(experiment: Experiment, name: str) -> Any:
+    return experiment.contenders[name], experiment.measure, experiment.trace
 
 
 def _simulate(simulate: Callable[[Array], Any], key: Array) -> Any:

@@ -53,7 +53,12 @@ def find_study(name: str) -> Study:
     Raises:
         ConfigError: there is none of that name.
     """
-    if name not in STUDIES:
-        raise ConfigError(f"{name!r} is not a study; {did_you_mean(name, STUDIES)}")
+    check_study(name)
     module, _, function = STUDIES[name].place.partition(":")
     return getattr(importlib.import_module(module), function)()
+
+
+def check_study(name: str) -> None:
+    """Raise a `ConfigError` unless there is a study of that name."""
+    if name not in STUDIES:
+        raise ConfigError(f"{name!r} is not a study; {did_you_mean(name, STUDIES)}")

@@ -259,6 +259,10 @@ def _reach(x: np.ndarray, level: float) -> float:
     return float(stdtrit(n - 1, 0.5 + 0.5 * level) * np.std(x, ddof=1) / math.sqrt(n)) if n > 1 else math.inf
 
 
+_ROUNDING = 1e-6
+"""A number is told without its interval where that is less than this share of it: what rounding makes of equal filters."""
+
+
 def _with_interval(value: float, low: float, high: float) -> str:
     """A number with its interval, as "±" where that is about even on both sides."""
     if math.isnan(value):
@@ -269,7 +273,7 @@ def _with_interval(value: float, low: float, high: float) -> str:
         end = "never" if math.isinf(high) and math.isfinite(low) else ""
         return f"{_brief(value)} [{_brief(low)}, {end}]" if end else f"{_brief(value)}{_NO_INTERVAL}"
     half = (high - low) / 2
-    if half <= 1e-12 * abs(value):
+    if half <= _ROUNDING * abs(value):
         return f"{value:.4g}"
     if abs((low + high) / 2 - value) > 0.05 * half:
         return "{} [{}, {}]".format(*(_brief(x, "#") for x in (value, low, high)))

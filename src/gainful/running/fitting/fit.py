@@ -16,7 +16,7 @@ from ..log import Log
 from ..run import run
 from .entries import Names, noise_entries, typical_noise
 from .expectation import by_expectation
-from .likelihood import by_likelihood, curvature, upper_limit
+from .likelihood import ONE_SIDED, by_likelihood, curvature, upper_limit
 from .moments import by_moments
 from .noise_fit import FittedEntry, NoiseFit, relative_errors
 from .problem import Outliers, Problem
@@ -117,13 +117,15 @@ def fit_noise(
     at = ["floor" if x <= bounds[0] + 1e-9 else "ceiling" if x >= bounds[1] - 1e-9 else "" for x in found.logs]
     errors = np.full(len(entries), np.nan)
     if method in ("ml", "em"):
-        errors = relative_errors(curvature(problem, found.logs), np.array([not each for each in at]))
+        errors = relative_errors(curvature(problem, found.logs, found.rough), np.array([not each for each in at]))
     fitted = []
     for i, (entry, log, error, bound) in enumerate(zip(entries, found.logs, errors, at, strict=True)):
         before, factor = typical.of(entry, model), float(np.exp(log))
         known = None if np.isnan(error) else float(error)
         one = FittedEntry(entry, before, tuple(factor * each for each in before), factor, known, None, bound)
-        if one.flat or (bound == "floor" and method in ("ml", "em")):
+        if found.rough and one.flat:  # jumps would end a search for a limit anywhere
+            one = dataclasses.replace(one, limit=factor * math.exp(ONE_SIDED * error) if math.isfinite(error) else None)
+        elif one.flat or (bound == "floor" and method in ("ml", "em")):
             limit = upper_limit(problem, found.logs, i, bounds[1])
             one = dataclasses.replace(one, limit=None if limit is None else math.exp(limit))
         fitted.append(one)

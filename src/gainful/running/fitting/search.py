@@ -20,6 +20,7 @@ class Search:
         converged: whether it ended by itself.
         path: what was made small, iteration by iteration.
         why: what it said at its end.
+        rough: whether what it made small jumps.
     """
 
     logs: Float[np.ndarray, " entries"]
@@ -27,6 +28,7 @@ class Search:
     converged: bool
     path: tuple[float, ...]
     why: str = ""
+    rough: bool = False
 
 
 def keeping(path: list[float]) -> Callable[[scipy.optimize.OptimizeResult], None]:

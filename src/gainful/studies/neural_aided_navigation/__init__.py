@@ -59,6 +59,8 @@ def study() -> Study:
             "At a steady gain all that the network is told are functions of the one innovation.",
             "Networks and noise are learned from 40 and up to 12 records that no contender is judged on, anew in every "
             "study; another 30 set the gates. Their random keys do not depend on the seed that is asked for.",
+            "VB-PR keeps R within bounds. Without them it takes the errors of the start for noise of the fixes and remembers "
+            "them: 0.010 m^2 in place of 0.0063, as in an independent program.",
             "The vehicle's readings of one moment are used together, by one linearisation.",
         ),
         runs=100,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 from typing import Any
 
 import equinox as eqx
@@ -30,6 +29,7 @@ from ...plants import track
 from ...running import make_log, run, smooth
 from ...updates import AbstractFeatures, Corrected, InnovationHistory, OnlineGate, UpdateFeatures
 from ..experiment import Contender
+from ..prepared import once
 from .noise import Belief, design, fitted
 from .records import SCENARIOS, STEADY, TRAINING, VALIDATION, from_start, lessons, priors, training_key
 
@@ -123,7 +123,7 @@ class Trained:
     accepted: Bool[np.ndarray, "2"]
 
 
-@functools.cache
+@once
 def watched(scenario: str, told: AbstractFeatures, believed: Belief) -> tuple[Records, Played]:
     """All records of a scenario as a filter without a network sees them, with what it would tell one."""
     drawn, logs = lessons(scenario)
@@ -131,7 +131,7 @@ def watched(scenario: str, told: AbstractFeatures, believed: Belief) -> tuple[Re
     return records, play(kalman_filter(), unaided(kalman_filter(), told, believed.model), records)
 
 
-@functools.cache
+@once
 def trained(name: str, scenario: str) -> Trained:
     """A network trained open loop on the records of a scenario, its offline gate set by those kept apart.
 
@@ -169,7 +169,7 @@ def _doubts(teacher: str, scenario: str) -> Float[np.ndarray, "M T 2"]:
     return np.stack(taught) - lessons(scenario)[0].states
 
 
-@functools.cache
+@once
 def fed_back(name: str, scenario: str) -> tuple[Corrected, AidingReport]:
     """A network trained in the loop, or with all that training gives: gates, and a covariance of its own."""
     recipe, believed = RECIPES[name], belief(name, scenario)
@@ -241,7 +241,7 @@ def as_recommended(name: str, scenario: str) -> Contender:
     return Contender(aided_filter(kalman_filter(), update), believed.model, from_start(believed.cov))
 
 
-@functools.cache
+@once
 def smoothed(scenario: str, *, of_design: bool) -> list[np.ndarray]:
     """The records smoothed by the filter of the design, or by the one fitted to them."""
     believed = design() if of_design else fitted(scenario)
@@ -251,7 +251,7 @@ def smoothed(scenario: str, *, of_design: bool) -> list[np.ndarray]:
     ]
 
 
-@functools.cache
+@once
 def references(scenario: str) -> list[np.ndarray]:
     """The records as a precise receiver and a smoother see them."""
     drawn, _ = lessons(scenario)

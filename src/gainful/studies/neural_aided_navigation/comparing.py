@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from ..claims import Check, Tolerance
+from ..contender_table import cell
 from ..figures import Table
 from ..outcome import Outcome
-from ..statistics import Measured
 
-Published = Mapping[str, tuple[float, float]]
-"""Numbers of displacement and speed by contender."""
+Published = Mapping[str, tuple[float | None, float | None]]
+"""Numbers of displacement and speed by contender, None where none was told."""
 
 
 def ratio(quantity: str, experiment: str, contender: str, over: str, expected: Tolerance) -> Check:
@@ -24,36 +22,19 @@ def ratio(quantity: str, experiment: str, contender: str, over: str, expected: T
     )
 
 
+def ratios(
+    quantity: str, experiment: str, contenders: Sequence[str], over: str, expected: Tolerance
+) -> tuple[Check, ...]:
+    """The same for several contenders over one."""
+    return tuple(ratio(quantity, experiment, name, over, expected) for name in contenders)
+
+
 def mean(what: str, experiment: str, contender: str, quantity: str, expected: Tolerance) -> Check:
     """The mean of a quantity."""
     return Check(what, lambda outcome: outcome.mean(experiment, contender, quantity), expected)
 
 
-def compared(
-    outcome: Outcome, title: str, names: Sequence[str], columns: Sequence[tuple[str, str, str]], *, of: str = "filter"
-) -> Table:
-    """A table of contenders.
-
-    Args:
-        outcome: of the study.
-        title: what it shows.
-        names: of the contenders.
-        columns: heading, experiment and quantity of each.
-        of: what the rows are.
-    """
-    rows = tuple((name, *(cell(outcome, where, name, what) for _, where, what in columns)) for name in names)
-    return Table(title, (of, *(head for head, _, _ in columns)), rows)
-
-
-def cell(outcome: Outcome, experiment: str, contender: str, quantity: str) -> Measured | None:
-    """A number, or nothing where it has no meaning for the contender or there is no such contender."""
-    known = outcome.results[experiment].values.get(contender)
-    if known is None or np.isnan(known[quantity]).all():
-        return None
-    return outcome.summary(experiment, contender, quantity)
-
-
-def beside(
+def errors_beside(
     outcome: Outcome,
     title: str,
     experiment: str,

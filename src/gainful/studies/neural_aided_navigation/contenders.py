@@ -11,6 +11,7 @@ import jax.numpy as jnp
 from ...filters import InteractingMultipleModel, KalmanFilter, kalman_filter
 from ...noise import InnovationMatching, SageHusa, Scaled
 from ...updates import StrongTracking, VariationalCovariances, VariationalNoise
+from ..prepared import once
 from .aiding import aided, as_recommended, filtered
 from .noise import KNOWN, Belief, design, fitted, fitted_robustly, fitted_to_truth, robust_filter, true_noise
 
@@ -49,7 +50,7 @@ _SPEEDS, _FIXES = (0.1, 1.0, 10.0), (0.02, 0.2, 2.0, 20.0)
 _LEAST_POSITION, _LEAST_FIX = 0.1, 0.1  # m
 
 
-@functools.cache
+@once
 def _adaptive(name: str) -> KalmanFilter:
     return {
         VB_R: lambda: kalman_filter(update=VariationalNoise()),
@@ -62,7 +63,7 @@ def _adaptive(name: str) -> KalmanFilter:
     }[name]()
 
 
-@functools.cache
+@once
 def bank() -> InteractingMultipleModel:
     """Filters with less and more noise than believed, in speed and in the fixes."""
     members = tuple(

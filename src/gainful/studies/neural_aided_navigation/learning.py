@@ -13,15 +13,16 @@ from ...networks import AbstractTraining, PerceptronTraining
 from ...plants import TRACK_SCENARIOS
 from ..chapter import Chapter
 from ..claims import Check, Claim, above, below
+from ..contender_table import cell
 from ..experiment import Contender
 from ..figures import Figure, Panel, Table, curve
 from ..outcome import Outcome
-from ..prepared import Prepared
+from ..prepared import Prepared, once
 from ..statistics import Measured
 from .aiding import FINE, PAPERS, Recipe, beside, filtered, watched
-from .comparing import cell, ratio
+from .comparing import errors_beside, ratio
 from .contenders import DESIGN, ML
-from .measures import STATES, judged
+from .measures import UNITS, judged
 from .noise import design, fitted
 from .records import SCENARIOS, TRAINING, Drive, training_key
 
@@ -33,12 +34,6 @@ RULES = (*((0.05, k) for k in EXPONENTS), *((rate, k) for rate in FAST for k in 
 """Rates and exponents of credit."""
 STEPS = (0.002, 0.005, 0.01, 0.02, 0.05)
 """Rates of the perceptron, taught one sample after the other."""
-TOLD = {
-    ("CMAC, rate 0.05, k 1.2", 300): (0.0073, 0.0137),
-    ("CMAC, rate 0.05, k 1.2", 12_000): (0.0071, 0.0147),
-    ("CMAC, rate 0.05, k 0", 300): (None, 0.0147),
-}
-"""Of an independent program."""
 
 
 def cmac(rate: float, exponent: float) -> str:
@@ -66,7 +61,15 @@ def after(kind: str, samples: int) -> str:
     return f"{kind}, {samples} samples"
 
 
-@functools.cache
+TOLD = {
+    after(CREDIT, 300): (0.0073, 0.0137),
+    after(CREDIT, 12_000): (0.0071, 0.0147),
+    after(PLAIN, 300): (None, 0.0147),
+}
+"""Of an independent program."""
+
+
+@once
 def examples() -> tuple[np.ndarray, np.ndarray]:
     """What the design filter tells a network and what that should say, of all training records in random order."""
     _, played = watched(SCENARIO, PAPERS, design())
@@ -91,20 +94,13 @@ def makers() -> dict[str, Any]:
 def tables(outcome: Outcome) -> list[Table]:
     """Errors after so many samples."""
     told = []
-    for k, (state, unit) in enumerate(zip(STATES, ("m^2", "m^2/s^2"), strict=True)):
-        rows = tuple(
-            (
-                kind,
-                *(cell(outcome, NAME, after(kind, n), state) for n in SAMPLES),
-                *(TOLD.get((kind, n), (None, None))[k] for n in (SAMPLES[0], SAMPLES[-1])),
-            )
-            for kind in KINDS
-        )
-        heads = (*(f"{n} samples" for n in SAMPLES), "independent program, 300", "independent program, 12000")
+    for state, unit in UNITS.items():
+        rows = tuple((kind, *(cell(outcome, NAME, after(kind, n), state) for n in SAMPLES)) for kind in KINDS)
+        heads = tuple(f"{n} samples" for n in SAMPLES)
         told.append(
             Table(f"Learning: {state}, MSE [{unit}] on new records after so many samples", ("network", *heads), rows)
         )
-    return told
+    return [*told, errors_beside(outcome, "Learning, beside an independent program", NAME, tuple(TOLD), TOLD)]
 
 
 def figures(outcome: Outcome) -> list[Figure]:
@@ -148,6 +144,7 @@ CLAIMS = (
         "The CMAC learns faster than a perceptron.",
         "in words",
         (
+            # Learned: within a tenth of what it comes to.
             _over((CREDIT, 300), (CREDIT, 12_000), below(1.1)),
             _best(300),
             *(_over((CREDIT, 300), (perceptron(rate), 300), below(1.0)) for rate in STEPS),
@@ -158,12 +155,14 @@ CLAIMS = (
         "Assigning credit by visits speeds learning.",
         "the reason for this kind of CMAC",
         (
-            _over((CREDIT, 300), (PLAIN, 300), below(0.97)),
-            _over((CREDIT, 3000), (PLAIN, 3000), below(0.97)),
-            _over((cmac(0.5, 1.2), 300), (cmac(0.5, 0.0), 300), below(0.97)),
+            _over((CREDIT, 300), (PLAIN, 300), below(1.0)),
+            _over((CREDIT, 3000), (PLAIN, 3000), below(1.0)),
+            _over((cmac(0.5, 1.2), 300), (cmac(0.5, 0.0), 300), below(1.0)),
         ),
         {
-            "partly": "By some per cent after the first record, and not at all later or with a larger rate.",
+            "partly": "By some per cent after the first record, and not at all later.",
+            "reproduced": "By some per cent.",
+            "undecided": "By some per cent after the first record; later the difference is too small to be told.",
             "not reproduced": "No difference that matters.",
         },
     ),

@@ -22,6 +22,7 @@ QUANTITIES = (
     Quantity("mean_displacement", "displacement, mean error", "m"),
     Quantity("mean_speed", "speed, mean error", "m/s"),
     Quantity("nees", "NEES over 2"),
+    Quantity("nees_corrected", "NEES over 2 where corrected"),
     Quantity("passed", "share of rows corrected"),
     Quantity("unknown", "share of rows unknown to the network"),
     *(Quantity(f"corrects_{name}", f"corrects the {name}", statistic="share") for name in STATES),
@@ -40,16 +41,20 @@ class Measure(eqx.Module):
         error = errors(record, info)[STEADY:]
         cov = jax.vmap(lambda each: each.cov)(info.estimate)[STEADY:]
         squares = jnp.mean(error**2, axis=0)
-        nees = jnp.mean(jnp.einsum("ti,ti->t", error, jnp.linalg.solve(cov, error[..., None])[..., 0])) / len(STATES)
+        nees = jnp.einsum("ti,ti->t", error, jnp.linalg.solve(cov, error[..., None])[..., 0]) / len(STATES)
+        everywhere, corrected = jnp.mean(nees), jnp.asarray(jnp.nan)
         correction = _correction(info.memory)
         if correction is not None:
             # Where nobody found a covariance of the corrected estimate none is reported.
-            nees = jnp.where(jnp.any(correction.cov != 0.0), nees, jnp.nan)
+            known, rows = jnp.any(correction.cov != 0.0), correction.aided[STEADY:] > 0
+            everywhere = jnp.where(known, everywhere, jnp.nan)
+            corrected = jnp.where(known, jnp.mean(jnp.where(rows, nees, 0.0)) / jnp.mean(rows), jnp.nan)
         return {
             **dict(zip(STATES, squares, strict=True)),
             "mean_displacement": jnp.mean(error[:, 0]),
             "mean_speed": jnp.mean(error[:, 1]),
-            "nees": nees,
+            "nees": everywhere,
+            "nees_corrected": corrected,
             **_corrections(correction),
         }
 

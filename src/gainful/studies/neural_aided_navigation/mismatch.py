@@ -8,13 +8,14 @@ import numpy as np
 
 from ...plants import TRACK_SCENARIOS
 from ..chapter import Chapter
-from ..claims import Claim, below
+from ..claims import Claim, above, below
+from ..contender_table import cell, compared
 from ..experiment import Experiment
 from ..figures import Chart, Table
 from ..outcome import Outcome
 from ..prepared import Prepared
 from ..statistics import difference_interval, mean_interval, ratio_interval
-from .comparing import cell, compared, ratio
+from .comparing import ratio
 from .contenders import (
     ADAPTIVE,
     CMAC,
@@ -193,6 +194,7 @@ def figures(outcome: Outcome) -> list[Chart]:
             f"MSE over that of {ML}",
             {name: outcome.ratio(scenario, "speed", name, over=ML) for name in names},
             log=True,
+            telling=scenario == "manoeuvre",
         )
         for scenario in SCENARIOS
     ]
@@ -234,16 +236,17 @@ CLAIMS = (
         "not in the paper",
         (
             ratio("speed", "timevarying", ML_MLP, ML, below(1.0)),
-            ratio("speed", "timevarying", ML_MLP, IMM, below(1.1)),
-            ratio("displacement", "timevarying", ML_MLP, IMM, below(1.1)),
+            # As good: within a tenth, to which a hundred runs tell these errors in an independent program.
+            *(ratio(state, "timevarying", ML_MLP, IMM, below(1.1)) for state in STATES),
         ),
     ),
     Claim(
         "harmless elsewhere",
         "Where nothing is to be gained a network beside the tuned filter costs little.",
         "not in the paper",
+        # An independent program's lost 1 to 2 %, and trainings differ by 2 %.
         tuple(
-            ratio(state, scenario, ML_MLP, ML, below(1.1))
+            ratio(state, scenario, ML_MLP, ML, below(1.05))
             for scenario in ("matched", "calibrated", "coloured", "bias")
             for state in STATES
         ),
@@ -253,7 +256,7 @@ CLAIMS = (
         "What the gate accepts on other records is an improvement, or nothing is corrected.",
         "not in the paper",
         tuple(
-            ratio(state, scenario, gated, alone, below(1.01))
+            ratio(state, scenario, gated, alone, below(1.0))
             for scenario in SCENARIOS
             for gated, alone in ((CMAC_GATED, DESIGN), (ML_CMAC_GATED, ML))
             for state in STATES
@@ -265,10 +268,12 @@ CLAIMS = (
         "cannot do that.",
         "not in the paper",
         (
-            ratio("displacement", "map", MAPPED, ML, below(0.05)),
-            ratio("displacement", "map", CMAC, DESIGN, below(0.9)),
+            # Twice what an independent program left of it, 0.0116 of 1.59 m^2.
+            ratio("displacement", "map", MAPPED, ML, below(0.015)),
+            # All but 2 % of the error is the map's (0.030 of 1.62 m^2): who takes off no more has learned nothing of it.
+            ratio("displacement", "map", CMAC, DESIGN, above(0.95)),
         ),
-        {"partly": "The innovations do not show where the body is; the map does."},
+        {"reproduced": "The innovations do not show where the body is; the map does."},
     ),
 )
 

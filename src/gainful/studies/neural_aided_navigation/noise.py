@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 
 import jax.numpy as jnp
 
@@ -13,6 +12,7 @@ from ...plants import TRACK_SCENARIOS, settled_track_covariance, track
 from ...plants.track import FIX_SIGMA, POSITION_SIGMA, SPEED_SIGMA
 from ...running import fit_noise
 from ...updates import MasreliezMartin
+from ..prepared import once
 from .records import WIDE, lessons, priors
 
 FITTED, FITTED_ROBUSTLY = 12, 6
@@ -41,7 +41,7 @@ class Belief:
         return track(*(jnp.asarray(sigma) for sigma in self.sigmas))
 
 
-@functools.cache
+@once
 def design(*, wide: bool = False) -> Belief:
     """The designer's belief, started as if it had run for long, or from a start known to be poor."""
     if wide:
@@ -65,7 +65,7 @@ def fitted_to_truth(scenario: str) -> Belief:
     return _fitted(scenario, "truth")
 
 
-@functools.cache
+@once
 def _fitted(scenario: str, method: str, *, robust: bool = False) -> Belief:
     estimator = robust_filter() if robust else kalman_filter()
     count = FITTED_ROBUSTLY if robust else FITTED

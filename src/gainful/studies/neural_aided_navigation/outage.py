@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
@@ -45,7 +46,12 @@ TOLD = {
     CURVE: (2.7, 4.1, 6.8, 12.0),
     EXACT: (1.4, 3.1, 5.4, 8.0),
 }
-"""Of an independent program, 24 other drives [m]; its perceptron on 40 others, where its CMAC came to 8.2 m."""
+"""Of an independent program, 24 other drives [m]; its perceptron on 40 others, where its CMAC came to 8.2 m.
+
+The distance by inertia alone is mostly what unseen grades do, which anybody can work out: accelerations of 0.2 m/s^2 that last
+15 s carry a vehicle that keeps its course 740 m off in 120 s. A third program, made for comparison, came to 815 m over 240
+drives, and in one of 200 samples of 24 to less than 560 m.
+"""
 ORDER = (INS, ODOMETER, SIDEWAYS, COMPASS, CMAC_ONE, CMAC_TWO, MLP_MAPS, CURVE, EXACT)
 
 
@@ -128,6 +134,7 @@ def figures(outcome: Outcome) -> list[Figure]:
         "Root mean square distance from the truth over all drives; the satellites are lost at 0 s.",
         (Panel("distance", lines, "m", log=True),),
         "time since the satellites were lost [s]",
+        telling=True,
     )
     speed, turn, angle = np.linspace(0.0, 20.0, 200), np.linspace(-0.25, 0.25, 200), np.linspace(-math.pi, math.pi, 360)
     still, ten = np.zeros_like(speed), np.full_like(turn, 10.0)
@@ -156,8 +163,8 @@ def figures(outcome: Outcome) -> list[Figure]:
         marks = [Line("true", x, true[signal], reference=True)]
         for passes in (1, 2):
             network = learned(signal, passes)[0].network
-            said = np.array([float(network(jnp.asarray(context))[0]) for context in contexts])
-            marks.append(Line(f"CMAC, pass {passes}", x, scale * said))
+            said = jax.vmap(network)(jnp.asarray(contexts))[:, 0]
+            marks.append(Line(f"CMAC, pass {passes}", x, scale * np.asarray(said)))
         drawn.append(
             Figure(
                 "What the maps of the vehicle's sensors learned",
@@ -182,6 +189,16 @@ def _ratio(name: str, over: str, seconds: float, expected: Tolerance) -> Check:
     return Check(f"distance at {seconds:g} s, {name} over {over}", found, expected)
 
 
+def _gain_share(name: str, of: str, seconds: float, expected: Tolerance) -> Check:
+    """How much of what one contender takes off the square of the baseline's distance another takes off."""
+
+    def found(outcome: Outcome) -> Measured:
+        alone, part, whole = (outcome.values(NAME, each, _distance(seconds)) ** 2 for each in (COMPASS, name, of))
+        return ratio_interval(alone - part, alone - whole)
+
+    return Check(f"squared distance at {seconds:g} s, gain of {name} over that of {of}", found, expected)
+
+
 CLAIMS = (
     Claim(
         "outages (maps)",
@@ -189,22 +206,23 @@ CLAIMS = (
         "short.",
         "not in the paper, whose corrections are zero where there is no innovation",
         (
-            *(_ratio(name, COMPASS, 120.0, below(0.5)) for name in (CMAC_ONE, CMAC_TWO)),
-            _ratio(CMAC_ONE, COMPASS, 60.0, below(0.6)),
-            _ratio(CMAC_ONE, EXACT, 120.0, below(2.0)),
+            # Half of what it is without them, at the least.
+            *(_ratio(name, COMPASS, seconds, below(0.5)) for name in (CMAC_ONE, CMAC_TWO) for seconds in (60.0, 120.0)),
+            # Where the interval of an independent program's ends, 12.0 of 8.0 m.
+            _ratio(CMAC_ONE, EXACT, 120.0, below(1.5)),
         ),
     ),
     Claim(
         "mostly the compass",
         "A deviation curve of five numbers alone captures most of the gain.",
         "not in the paper",
-        (_ratio(CURVE, COMPASS, 120.0, below(0.5)), _ratio(CMAC_ONE, CURVE, 120.0, above(0.6))),
+        (_gain_share(CURVE, CMAC_ONE, 120.0, above(0.5)),),
     ),
     Claim(
         "a table for maps",
         "A CMAC is better than a perceptron for such maps.",
         "not in the paper",
-        (_ratio(CMAC_ONE, MLP_MAPS, 120.0, below(0.95)),),
+        (_ratio(CMAC_ONE, MLP_MAPS, 120.0, below(1.0)),),
         {"not reproduced": "Both do equally well where there were examples; the table knows where there were none."},
     ),
 )

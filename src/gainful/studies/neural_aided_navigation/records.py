@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import functools
-
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -16,6 +14,7 @@ from ...plants.track_scenarios import ROWS
 from ...running import Log, make_log
 from ...spaces import AbstractSpace
 from ..experiment import Record
+from ..prepared import once
 
 SEED = 1
 SCENARIOS = tuple(TRACK_SCENARIOS)
@@ -58,7 +57,7 @@ class FromStart(eqx.Module):
         return Gaussian.start(record.truth["start"], self.cov, self.space)
 
 
-@functools.cache
+@once
 def space() -> AbstractSpace:
     """Of the track's state."""
     return track().space
@@ -81,7 +80,7 @@ def training_key(*path: int) -> Array:
     return key
 
 
-@functools.cache
+@once
 def lessons(scenario: str) -> tuple[TrackRecord, tuple[Log, ...]]:
     """Records to train with, and behind them those to validate with: as they are, stacked, and as logs with their truth."""
     keys = jax.random.split(training_key(SCENARIOS.index(scenario)), TRAINING + VALIDATION)

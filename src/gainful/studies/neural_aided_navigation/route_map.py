@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import functools
-
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -15,6 +14,7 @@ from ..chapter import Chapter
 from ..experiment import Contender
 from ..figures import Figure, Line, Panel
 from ..outcome import Outcome
+from ..prepared import once
 from .noise import fitted
 from .records import SCENARIOS, TRAINING, from_start, lessons, training_key
 
@@ -24,7 +24,7 @@ SKIPPED = 50.0  # s
 TABLE = CMACTraining(levels=256, layers=16, compress="none", epochs=5)
 
 
-@functools.cache
+@once
 def learned() -> tuple[SensorMap, SensorMapReport]:
     """The map, from fixes at true places of the training records."""
     drawn, logs = lessons(SCENARIO)
@@ -51,16 +51,17 @@ def figures(outcome: Outcome) -> list[Figure]:
     """The map beside the true error."""
     found, _ = learned()
     places = np.linspace(0.0, float(np.max(lessons(SCENARIO)[0].states[:TRAINING, :, 0])), 800)
-    said = np.array([float(found.network(jnp.array([x]))[0]) for x in places])
+    said = np.asarray(jax.vmap(found.network)(jnp.asarray(places)[:, None]))[:, 0]
     true = np.asarray(TRACK_SCENARIOS[SCENARIO].fix_error(jnp.asarray(places)))
-    known = np.array([bool(found.known(jnp.array([x]))) for x in places])
-    marks = (Line("true", places, true, reference=True), Line("learned", places, np.where(known, said, np.nan)))
+    known = np.asarray(jax.vmap(found.known)(jnp.asarray(places)[:, None]))
+    shown = places / 1000.0
+    marks = (Line("true", shown, true, reference=True), Line("learned", shown, np.where(known, said, np.nan)))
     return [
         Figure(
             "An error of the fixes that repeats along the track",
             "A CMAC of the displacement, learned from forty records.",
             (Panel("error of a fix", marks, "m"),),
-            "displacement [m]",
+            "displacement [km]",
         )
     ]
 

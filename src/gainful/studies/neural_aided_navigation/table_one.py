@@ -11,11 +11,11 @@ from ...linalg import stationary_gain
 from ...plants import TRACK_SCENARIOS
 from ...plants.track import FIX_SIGMA, POSITION_SIGMA, SPEED_SIGMA, STEP
 from ..chapter import Chapter
-from ..claims import Check, Claim, Tolerance, above, below, between, near
+from ..claims import Check, Claim, Tolerance, above, below, near
 from ..figures import Figure, Line, Panel, Table
 from ..outcome import Outcome
 from ..prepared import Prepared
-from .comparing import beside, mean, ratio
+from .comparing import errors_beside, mean, ratio, ratios
 from .contenders import (
     ADAPTIVE,
     CMAC,
@@ -36,7 +36,7 @@ from .contenders import (
 )
 from .measures import judged
 from .records import Drive
-from .settling import COMMON_BAND, RULES, Rule, settling, settling_difference
+from .settling import COMMON_BAND, RULES, settling, settling_difference
 
 NAME = "calibrated"
 COARSE = ("CMAC, 10 levels", "CMAC, 10 cells")
@@ -91,6 +91,13 @@ TOLD_TIMES = {
 ROWS = (DESIGN, DESIGN_WIDE, *PAPER, RECOMMENDED, ML, ML_CMAC, ML_CMACS, ML_MLP, *ADAPTIVE, TRUTH_TUNED, TRUE)
 TIMED = (DESIGN, DESIGN_WIDE, *PAPER, ML, ML_CMAC, ML_MLP, TRUE)
 
+WORDS = ("displacement", "speed")
+HALF = 0.5
+"""Share by which a time of the paper may be missed: its words (200 s) and its table (320 s) differ by more than that."""
+DOUBTED = 0.05
+"""Share of an error by which two trainings may differ: ten sets of forty records gave networks 2 % apart (one sigma)."""
+NEES = near(1.0, relative=0.17)
+
 
 @functools.cache
 def bounds() -> dict[str, tuple[float, float]]:
@@ -136,7 +143,7 @@ def tables(outcome: Outcome) -> list[Table]:
                 for name in TIMED
             ),
         )
-        for k, (state, unit) in enumerate((("displacement", "m"), ("speed", "m/s")))
+        for k, (state, unit) in enumerate(zip(WORDS, ("m", "m/s"), strict=True))
     ]
     limits = Table(
         "What a correction of the design filter can come to, by theory",
@@ -144,7 +151,7 @@ def tables(outcome: Outcome) -> list[Table]:
         tuple((name, *(f"{each:.4g}" for each in both)) for name, both in bounds().items()),
     )
     title = "Table 1 of the paper: precision over the second half of the record"
-    return [beside(outcome, title, NAME, ROWS, TOLD, paper=PRINTED), *times, limits]
+    return [errors_beside(outcome, title, NAME, ROWS, TOLD, paper=PRINTED), *times, limits]
 
 
 def figures(outcome: Outcome) -> list[Figure]:
@@ -179,13 +186,17 @@ def figures(outcome: Outcome) -> list[Figure]:
     ]
 
 
-def _sooner(contender: str, state: int, rule: Rule, expected: Tolerance) -> Check:
-    word = ("displacement", "speed")[state]
+def _sooner(contender: str, state: int, expected: Tolerance) -> Check:
     return Check(
-        f"{word}, {rule}, {DESIGN} less {contender} [s]",
-        lambda outcome: settling_difference(outcome, NAME, DESIGN, contender, state, rule),
+        f"{WORDS[state]}, settles, {DESIGN} less {contender} [s]",
+        lambda outcome: settling_difference(outcome, NAME, DESIGN, contender, state),
         expected,
     )
+
+
+def _printed_gain(state: int) -> float:
+    """By how much the paper's CMAC settles sooner than its filter [s]."""
+    return PRINTED_TIMES[DESIGN][state] - PRINTED_TIMES[CMAC][state]
 
 
 CLAIMS = (
@@ -194,21 +205,22 @@ CLAIMS = (
         "The CMAC shortens convergence by nearly 200 s.",
         "820 to 610 s in displacement, 920 to 600 s in speed",
         (
-            _sooner("CMAC, 10 levels", 0, "settles", above(0.0)),
-            _sooner("CMAC, 10 levels", 1, "settles", above(0.0)),
-            _sooner("CMAC, 10 cells", 0, "settles", above(0.0)),
-            _sooner(CMAC, 0, "settles", between(100.0, 300.0)),
-            _sooner(CMAC, 1, "settles", between(200.0, 450.0)),
+            # Any of the three readings of "ten" may be the paper's network.
+            *(_sooner(name, state, above(0.0)) for name in (*COARSE, CMAC) for state in (0, 1)),
+            *(
+                _sooner(name, state, near(_printed_gain(state), relative=HALF))
+                for name in (*COARSE, CMAC)
+                for state in (0, 1)
+            ),
             Check(
                 "displacement, settles, the same filter from a wide start [s]",
                 lambda outcome: settling(outcome, NAME, DESIGN_WIDE, 0),
-                above(500.0),
+                near(PRINTED_TIMES[DESIGN][0], relative=HALF),
             ),
         ),
         {
             "partly": "A coarse table gains some 100 s, a sensible one far more; but the filter is slow only because it is "
             "told that its start is good. With an honest covariance of the start it settles in 20 s and needs no network.",
-            "not reproduced": "The filter is slow only because it is told that its start is good.",
         },
     ),
     Claim(
@@ -217,10 +229,10 @@ CLAIMS = (
         "variances 3.06 and 2.58 times smaller in displacement and speed",
         (
             ratio("displacement", NAME, DESIGN, CMAC, above(2.0)),
-            ratio("speed", NAME, DESIGN, CMAC, above(1.8)),
+            ratio("speed", NAME, DESIGN, CMAC, above(2.0)),
             ratio("displacement", NAME, ML, CMAC, above(1.0)),
             ratio("speed", NAME, ML, CMAC, above(1.0)),
-            ratio("speed", NAME, CMAC, DESIGN, near(0.387, absolute=0.02)),
+            ratio("speed", NAME, CMAC, DESIGN, near(PRINTED[CMAC][1] / PRINTED[DESIGN][1], relative=DOUBTED)),
         ),
         {
             "partly": "Against the design filter, not against the same filter with noise fitted to the records, which needs no "
@@ -246,12 +258,12 @@ CLAIMS = (
         "fed back",
         "Fed back, the correction comes close to the tuned filter; open loop it cannot.",
         "not in the paper, whose correction is an output as far as it can be read",
-        (
-            ratio("speed", NAME, "CMAC, fed back", ML, below(1.3)),
-            ratio("speed", NAME, CMAC, ML, below(1.3)),
-            ratio("speed", NAME, "CMAC, leaky innovation", ML, below(1.3)),
-        ),
-        {"partly": "It takes either feedback or a memory of innovations."},
+        # An independent program's came to 1.04 and, with a memory, to 1.11 times the tuned filter's error.
+        ratios("speed", NAME, ("CMAC, fed back", CMAC, "CMAC, leaky innovation"), ML, below(1.11 + DOUBTED)),
+        {
+            "partly": "It takes a memory of innovations, or feedback, whose training is a matter of luck: three orders of the "
+            "same records gave 0.0076, 0.0081 and 0.0092 m^2/s^2, here the last."
+        },
     ),
     Claim(
         "beside tuned noise",
@@ -260,6 +272,7 @@ CLAIMS = (
         (
             ratio("displacement", NAME, ML_CMAC, ML, above(1.0)),
             ratio("speed", NAME, ML_CMAC, ML, above(1.0)),
+            # What the likelihood of 400 records comes to, in an independent program.
             ratio("speed", NAME, ML, TRUE, below(1.03)),
         ),
     ),
@@ -267,9 +280,11 @@ CLAIMS = (
         "its own covariance",
         "The covariance found on the records kept apart tells the errors of the corrected estimate.",
         "not in the paper, which reports none",
+        # Squares of the speed's error are correlated over some 28 rows, so that the 30 records tell its variance to
+        # sqrt(2 * 28 / 4500) = 11 %, and the mean of both states to 6 %; three times that.
         (
-            mean("NEES over 2, CMAC with both gates", NAME, RECOMMENDED, "nees", between(0.7, 1.4)),
-            mean("NEES over 2, KF, design", NAME, DESIGN, "nees", between(0.7, 1.4)),
+            mean("NEES over 2 where corrected, CMAC with both gates", NAME, RECOMMENDED, "nees_corrected", NEES),
+            mean("NEES over 2, KF, design", NAME, DESIGN, "nees", NEES),
         ),
         {"partly": "The design filter's own covariance is wrong by a factor of twenty."},
     ),

@@ -6,13 +6,15 @@ import functools
 
 from ...plants import TRACK_SCENARIOS
 from ..chapter import Chapter
-from ..claims import Claim, below
+from ..claims import Check, Claim, Tolerance, below
+from ..contender_table import cell
 from ..experiment import Experiment
 from ..figures import Chart, Table
 from ..outcome import Outcome
 from ..prepared import Prepared
+from ..statistics import Measured, ratio_interval
 from .aiding import aided, filtered
-from .comparing import cell, mean, ratio
+from .comparing import mean, ratio
 from .contenders import CMAC, DESIGN, ML
 from .measures import judged
 from .noise import design, fitted
@@ -83,21 +85,22 @@ def tables(outcome: Outcome) -> list[Table]:
         )
         for online, word in ((False, "without the online gate"), (True, "with the online gate"))
     ]
-    rows = []
+    rows, shares = [], []
     for scenario in SCENARIOS:
         told = TOLD.get(scenario, (None,) * 4)
         row: list[object] = [scenario]
         for name, number in zip((DESIGN, FIXED, GATED), told, strict=False):
             row += [cell(outcome, named(scenario), name, "speed"), number]
-        row += [cell(outcome, named(scenario), GATED, "passed"), told[3]]
         rows.append(tuple(row))
-    heads = [
-        head
-        for name in (f"{DESIGN} [m^2/s^2]", FIXED, "gated online", "share corrected")
-        for head in (name, "independent program")
-    ]
+        shares.append((scenario, cell(outcome, named(scenario), GATED, "passed"), told[3]))
+    heads = [head for name in (DESIGN, "with the CMAC", "gated online") for head in (name, "independent program")]
     return [
-        Table("Speed, MSE with a CMAC trained in `calibrated`", ("used in", *heads), tuple(rows)),
+        Table("Speed, MSE [m^2/s^2], with a CMAC trained in `calibrated`", ("used in", *heads), tuple(rows)),
+        Table(
+            "Share of rows that the online gate lets it correct",
+            ("used in", "share", "independent program"),
+            tuple(shares),
+        ),
         *matrices,
     ]
 
@@ -114,6 +117,20 @@ def figures(outcome: Outcome) -> list[Chart]:
         )
         for name, word in ((FIXED, ""), (GATED, ", gated online"))
     ]
+
+
+HARMFUL = ("matched", "outliers")
+"""Where the CMAC from `calibrated` does harm beyond doubt, in an independent program too."""
+
+
+def _harm_left(scenario: str, expected: Tolerance) -> Check:
+    """How much of the error that the CMAC adds is left behind the gate."""
+
+    def found(outcome: Outcome) -> Measured:
+        alone, fixed, gated = (outcome.values(named(scenario), name, "speed") for name in (DESIGN, FIXED, GATED))
+        return ratio_interval(gated - alone, fixed - alone)
+
+    return Check(f"share of the harm to the speed that is left, {named(scenario)}", found, expected)
 
 
 CLAIMS = (
@@ -146,16 +163,16 @@ CLAIMS = (
         "A gate that asks the innovations whether the correction has been of use keeps most of the harm away.",
         "not in the paper",
         (
+            *(_harm_left(scenario, below(0.5)) for scenario in HARMFUL),
             *(
-                ratio("speed", named(scenario), GATED, DESIGN, below(1.25))
+                ratio("speed", named(scenario), GATED, DESIGN, below(1.0))
                 for scenario in SCENARIOS
-                if scenario != "outliers"
+                if scenario not in HARMFUL
             ),
-            ratio("speed", named("outliers"), GATED, DESIGN, below(2.0)),
-            ratio("speed", named("outliers"), GATED, FIXED, below(0.3)),
+            # What would pass by chance where nothing is to be corrected.
             mean("share corrected in matched", named("matched"), GATED, "passed", below(0.05)),
         ),
-        {"reproduced": "Where outliers come some of it is left."},
+        {"reproduced": "And the good where there is some. Where outliers come a little of the harm is left."},
     ),
 )
 

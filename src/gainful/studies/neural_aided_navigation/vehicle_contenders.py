@@ -19,6 +19,7 @@ from ...plants import land_vehicle
 from ...running import Result, run, smooth
 from ...running.run import scan
 from ..experiment import Record
+from ..prepared import once
 from .records import training_key
 from .vehicle_records import lessons, model, start_of
 
@@ -70,7 +71,7 @@ def navigator(sensors: int = 3, maps: tuple[SensorMap, ...] = ()) -> Navigator:
     return Navigator(with_sensor_maps(model(), maps) if maps else model(), given)
 
 
-@functools.cache
+@once
 def teachers(passes: int) -> tuple[Result, ...]:
     """The drives smoothed by the filter that is to be helped: with the maps of a pass, or at first without any."""
     believed: AbstractModel = with_sensor_maps(model(), cmac_maps(passes)) if passes else model()
@@ -86,7 +87,7 @@ def cmac_maps(passes: int) -> tuple[SensorMap, ...]:
     return tuple(learned(signal, passes)[0] for signal in CONTEXTS)
 
 
-@functools.cache
+@once
 def learned(signal: str, passes: int = 1, kind: str = "CMAC") -> tuple[SensorMap, SensorMapReport]:
     """The map of a signal.
 

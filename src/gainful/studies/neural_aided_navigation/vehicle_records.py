@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import functools
-
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -16,6 +14,7 @@ from ...plants import DriveRecord, drive_vehicle, land_vehicle
 from ...plants.land_vehicle import START_SIGMAS
 from ...running import Log, make_log
 from ..experiment import Record
+from ..prepared import once
 from .records import training_key
 
 OUTAGE, AFTER = 300.0, (10.0, 30.0, 60.0, 120.0)  # s
@@ -35,7 +34,7 @@ class Outage(eqx.Module):
         return Record(record.samples, {"t": record.t, "states": record.states, "start": record.start})
 
 
-@functools.cache
+@once
 def model() -> Model:
     """What the filters believe of the vehicle."""
     return land_vehicle()
@@ -46,7 +45,7 @@ def start_of(begin: Array) -> Gaussian:
     return Gaussian.start(jnp.asarray(begin), jnp.diag(jnp.asarray(START_SIGMAS) ** 2), model().space)
 
 
-@functools.cache
+@once
 def lessons() -> tuple[DriveRecord, tuple[Log, ...]]:
     """Drives to learn from, stacked, and as logs without any truth."""
     keys = jax.random.split(training_key(40_000), DRIVES)

@@ -12,6 +12,7 @@ from jaxtyping import Array, Float
 from ...control import ErrorMoments
 from ...control.euler321 import euler321_to_quaternion, quaternion_to_euler321
 from ...identification import OneStepModel
+from ...linalg import symmetrize
 from ...networks import ProductFeatures, RadialBasisNetwork
 from ...plants import FlexibleSpacecraft, FlexibleState, FlexibleStructure
 from ...regression import WeightState, ridge_weights
@@ -128,7 +129,9 @@ def learn(
     features = jax.vmap(model.features)(samples.states, samples.controls) * weights[:, None]
     targets = jax.vmap(model.targets)(samples.states, samples.following) * weights[:, None]
     fitted = ridge_weights(features, targets, PRIOR_VARIANCE, NOISE_VARIANCE)
-    state = WeightState(fitted.weights, fitted.cov, fitted.seen, fitted.skipped, fitted.resets, "covariance")
+    state = WeightState(
+        fitted.weights, symmetrize(fitted.cov), fitted.seen, fitted.skipped, fitted.resets, "covariance"
+    )
     left = targets - features @ state.weights
     mean = jnp.sum(left, axis=0) / jnp.sum(weights)
     variance = jnp.sum(left**2, axis=0) / jnp.sum(weights) - mean**2

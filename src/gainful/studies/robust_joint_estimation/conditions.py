@@ -7,6 +7,7 @@ from typing import Any
 
 from ..chapter import Chapter
 from ..claims import Check, Claim, above, below, between
+from ..contender_table import compared
 from ..figures import Chart, Table
 from ..outcome import Outcome
 from .comparing import lower, mean, share
@@ -24,7 +25,6 @@ from .contenders import (
     believing,
     contender,
 )
-from .figures import compared
 from .measures import judged
 from .records import NOISES, WALK, drive
 

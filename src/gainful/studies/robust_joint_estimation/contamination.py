@@ -9,11 +9,11 @@ import numpy as np
 
 from ..chapter import Chapter
 from ..claims import Claim
+from ..contender_table import compared
 from ..figures import Chart, Figure, Panel, Table, curve
 from ..outcome import Outcome
 from .comparing import WORDS, lower
 from .contenders import CORRENTROPY, NOMINAL, RA, STUDENT, TOLD, TOTAL, Belief, believing, contender
-from .figures import compared
 from .measures import judged
 from .records import NOISES, WALK, drive, mixture
 
@@ -106,6 +106,7 @@ def figures(outcome: Outcome) -> list[Figure | Chart]:
             "Errors over the share of gross errors; all robust filters but one expect 10 %.",
             (over_shares("x"), over_shares("p")),
             "share of gross errors",
+            telling=True,
         ),
         Figure(
             "A wrong R",

@@ -6,6 +6,7 @@ from typing import Any
 
 from ..chapter import Chapter
 from ..claims import Claim, below
+from ..contender_table import compared
 from ..figures import Band, Figure, Line, Panel, Table
 from ..outcome import Outcome
 from .comparing import lower, mean, median
@@ -25,7 +26,7 @@ from .contenders import (
     believing,
     contender,
 )
-from .figures import PARAMETERS, compared, errors_over_time
+from .figures import PARAMETERS, errors_over_time
 from .measures import judged
 from .records import NOISES, TRACKS, WALK, drive
 
@@ -124,6 +125,7 @@ def figures(outcome: Outcome) -> list[Figure]:
             "The first record, 10 % gross errors. What q a filter assumes decides whether it follows; a detector does not "
             "have to choose.",
             tuple(panels),
+            telling=True,
         ),
         errors_over_time(outcome, experiment, "Squared errors, jumps, 10 % gross errors", shown),
         errors_over_time(outcome, named("intermittent", "mixture"), "Squared errors, faults that come and go", shown),

@@ -1,4 +1,4 @@
-"""Tables and figures that several chapters show."""
+"""Figures that several chapters show."""
 
 from __future__ import annotations
 
@@ -9,37 +9,13 @@ from jaxtyping import Float
 
 from ...plants.hydraulic_servo_reduced import MEASUREMENT_SIGMAS
 from ..experiment import Record
-from ..figures import Figure, Line, Panel, Table
+from ..figures import Figure, Line, Panel
 from ..outcome import Outcome
-from ..statistics import Measured
 
 PARAMETERS = ("p1, viscous friction over nominal", "p2, bulk modulus over nominal")
 """Labels of their panels."""
 OVER = 20
 """Samples over which curves of squared errors are averaged, that they can be told apart."""
-
-
-def compared(
-    outcome: Outcome, title: str, names: Sequence[str], columns: Sequence[tuple[str, str, str]], *, of: str = "filter"
-) -> Table:
-    """A table of contenders.
-
-    Args:
-        outcome: of the study.
-        title: what it shows.
-        names: of the contenders.
-        columns: heading, experiment and quantity of each.
-        of: what the rows are.
-    """
-    rows = tuple((name, *(_cell(outcome, where, name, what) for _, where, what in columns)) for name in names)
-    return Table(title, (of, *(head for head, _, _ in columns)), rows)
-
-
-def _cell(outcome: Outcome, experiment: str, contender: str, quantity: str) -> Measured | None:
-    """A number, or nothing where it has no meaning for the contender."""
-    if np.isnan(outcome.values(experiment, contender, quantity)).all():
-        return None
-    return outcome.summary(experiment, contender, quantity)
 
 
 def errors_over_time(outcome: Outcome, experiment: str, title: str, names: Sequence[str]) -> Figure:

@@ -6,11 +6,11 @@ from typing import Any
 
 from ..chapter import Chapter
 from ..claims import Claim, above, between
+from ..contender_table import compared
 from ..figures import Chart, Table
 from ..outcome import Outcome
 from .comparing import lower, mean
 from .contenders import CORRENTROPY, GATE, IRLS, NOMINAL, RA, STUDENT, TOTAL, WOLF, Belief, believing, contender
-from .figures import compared
 from .measures import NAMES, judged
 from .records import NOISES, WALK, drive
 

@@ -7,6 +7,7 @@ from typing import Any
 from ...filters import unscented_kalman_filter
 from ..chapter import Chapter
 from ..claims import Check, Claim, above, below, between
+from ..contender_table import compared
 from ..experiment import Contender
 from ..figures import Band, Figure, Line, Panel, Table
 from ..outcome import Outcome
@@ -26,7 +27,7 @@ from .contenders import (
     contender,
     update,
 )
-from .figures import PARAMETERS, compared, errors_over_time, outliers
+from .figures import PARAMETERS, errors_over_time, outliers
 from .linear import frozen, regression
 from .measures import NAMES, judged
 from .records import NOISES, WALK, drive

@@ -142,6 +142,7 @@ def _over_noise(outcome: Outcome) -> Figure:
         tuple(panel(each, word) for each, word in WORDS.items()),
         "standard deviation of a rate sensor [rad/s]",
         x_log=True,
+        telling=True,
     )
 
 

@@ -27,6 +27,7 @@ def figures(outcome: Outcome) -> list[Figure | Chart]:
                 {name: outcome.mean(scenario.name, name, "rmse") for name in experiment.contenders},
                 scenario.unit,
                 log=True,
+                telling=scenario is SCENARIOS[0],
             )
         )
     return out

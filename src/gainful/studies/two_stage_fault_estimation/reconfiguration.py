@@ -154,6 +154,7 @@ def figures(outcome: Outcome) -> list[Figure | Chart]:
                 Panel(scenario.title, tuple(line(scenario, way) for way in WAYS), "deg", log=True)
                 for scenario in SCENARIOS
             ),
+            telling=True,
         )
     ]
 
