@@ -160,7 +160,8 @@ def test_a_flight_is_judged_by_its_errors_its_effort_and_its_panel():
 
 def test_the_panel_is_judged_at_the_end_of_every_hold():
     t = 0.1 * jnp.arange(ROWS)
-    swinging = jnp.where((t % 45.0) > 35.0, 0.0, 5.0) + jnp.where(t > 80.0, jnp.sin(20.0 * t), 0.0)
+    held = ((t - 0.05) % 45.0) > 35.0
+    swinging = jnp.where(held, 0.0, 5.0) + jnp.where(held & (t > 80.0), jnp.sin(20.0 * t), 0.0)
     # Still in the first hold; a sine of variance 1/2 in the second.
     assert float(panel_residual(swinging)) == pytest.approx(0.5, abs=0.02)
     error = jnp.zeros((ROWS, 3)).at[451:, 1].set(-3.0)
@@ -191,7 +192,7 @@ def test_every_table_figure_and_claim_can_be_made_of_an_outcome(study):
         "small": (81,),
         "full": (81,),
     }
-    names = ("angles", "wanted", "rates", "wanted_rates", "error", "rate_error", "torques")
+    names = ("angles", "wanted_angles", "rates", "wanted_rates", "error", "rate_error", "torques")
     shapes |= dict.fromkeys(names, (50, 3))
 
     def series(shape):
@@ -224,7 +225,6 @@ def test_every_table_figure_and_claim_can_be_made_of_an_outcome(study):
     assert all(table.rows for table in study.tables_of(outcome))
     drawn = study.figures_of(outcome)
     assert any(isinstance(figure, Chart) for figure in drawn)
-    assert [figure.title.rsplit(" ", 4)[-4:-3] for figure in drawn if "of the paper" in figure.title]
     numbers = [
         int(figure.title.split("figure ")[1][0])
         for figure in drawn

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from ..errors import ConfigError, DataError, PrecisionError, ShapeError, did_you_mean
-from ..linalg import triangularize
+from ..linalg import symmetrize, triangularize
 
 FORMS = ("square_root", "covariance")
 FORGETS = ("everything", "direction")

@@ -116,8 +116,8 @@ class Traces(eqx.Module):
         every = -(-len(flown.t) // LONGEST_SHOWN)
         series = {
             "t": flown.t,
-            "angles": flown.angles,
-            "wanted": flown.wanted,
+            "angles": flown.angles / MILLI,
+            "wanted_angles": flown.wanted / MILLI,
             "rates": flown.rates / MILLI,
             "wanted_rates": flown.wanted_rates / MILLI,
             "error": flown.error,

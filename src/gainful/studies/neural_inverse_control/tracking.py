@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..chapter import Chapter
 from ..claims import Claim, above, below
-from ..figures import Figure, Line, Panel, Table
+from ..figures import Figure, Panel, Table
 from ..outcome import Outcome
 from .contenders import Flight, Inverse, rate_command, settings
 from .flights import all_axes_over, first, flown, lost, mean, wanted
@@ -29,20 +29,19 @@ def figures(outcome: Outcome) -> list[Figure]:
     """Figures 2 and 3: roll and roll rate, and their errors."""
     out = []
     for number, trace, error, unit, what in (
-        (2, "angles", "error", "rad", "roll"),
+        (2, "angles", "error", "mrad", "roll"),
         (3, "rates", "rate_error", "mrad/s", "roll rate"),
     ):
-        asked = wanted(outcome, TRACKING, NOISY, f"wanted_{'rates' if number == 3 else 'angles'}", 0, "desired")
-        asked = asked if number == 3 else Line(asked.name, asked.x, asked.y / 1e-3, reference=True)
-        had = first(outcome, TRACKING, NOISY, trace, 0)
-        had = had if number == 3 else Line(had.name, had.x, had.y / 1e-3)
+        asked = wanted(outcome, TRACKING, NOISY, f"wanted_{trace}", 0, "desired")
         errors = tuple(first(outcome, TRACKING, name, error, 0) for name in (NOISY, CLEAN))
-        own = "mrad" if number == 2 else unit
         out.append(
             Figure(
                 f"{what.capitalize()}, desired and actual: figure {number} of the paper",
-                f"The {what} of the first run, and below its error, with the noise of the sensors and without.",
-                (Panel(what, (had, asked), own), Panel(f"error of the {what}", errors, own)),
+                f"The {what} of the first run, and below it its error, with the noise of the sensors and without.",
+                (
+                    Panel(what, (first(outcome, TRACKING, NOISY, trace, 0), asked), unit),
+                    Panel(f"error of the {what}", errors, unit),
+                ),
             )
         )
     return out

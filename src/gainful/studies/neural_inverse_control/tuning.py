@@ -29,7 +29,7 @@ CHOSEN: dict[str, tuple[float, ...]] = {
     PID: (2.5, 1.4, 0.4),
     LQR: (1000.0, 300.0, 0.1, 3.0),
     LQI: (100.0, 30.0, 100.0, 1.0),
-    INDI: (0.5,),
+    INDI: (0.3,),
     NETWORK: (1e-8, 1.0),
 }
 """Settings with the least error within that effort, in the order of the laws' arguments."""
