@@ -39,17 +39,14 @@ class ChangingPlant(AbstractPlant):
 
     before: AbstractPlant
     after: AbstractPlant
-    time: float | Array = jnp.inf  # s
+    time: float | Array
+    output: AbstractSpace
 
-    def __check_init__(self) -> None:
-        kinds = [type(each).__name__ for each in (self.before, self.after)]
-        forms = [_form(each) for each in (self.before, self.after)]
-        if forms[0] != forms[1]:
-            raise ConfigError(f"after: expected a plant like before in all but its numbers, got {' and '.join(kinds)}")
-
-    @property
-    def output(self) -> AbstractSpace:  # type: ignore[override]  # an attribute elsewhere
-        return self.before.output
+    def __init__(self, before: AbstractPlant, after: AbstractPlant, time: float | Array = jnp.inf) -> None:
+        if _form(before) != _form(after):
+            kinds = f"{type(before).__name__} and {type(after).__name__}"
+            raise ConfigError(f"after: expected a plant like before in all but its numbers, got {kinds}")
+        self.before, self.after, self.time, self.output = before, after, time, before.output
 
     def at(self, t: Float[Array, ""]) -> AbstractPlant:
         """The plant at a time [s]."""
