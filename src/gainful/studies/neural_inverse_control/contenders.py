@@ -31,7 +31,7 @@ from ...regression import WeightFilter
 from ...running import simulate
 from ...running.loop import Simulated
 from .measures import Flown, angles_of
-from .scenarios import BOX, GENTLE, NOMINAL, RATES, STEP, Box
+from .scenarios import BOX, GENTLE, NOMINAL, RATES, SHORT, STEP, Box
 from .training import NOISE_VARIANCE, PRIOR_VARIANCE, RBF, STATES, Kind, Learned, trained
 
 PANEL_GAIN = (0.03, 0.25, 0.07)  # 1/(m s)
@@ -92,7 +92,7 @@ class Flight(eqx.Module):
 
     plant: ChangingPlant
     slews: QuinticSlews = GENTLE
-    duration: float = eqx.field(static=True, default=90.0)
+    duration: float = eqx.field(static=True, default=SHORT)
 
     def __call__(self, controller: AbstractController, noise: Array) -> Flown:
         """The flight of a controller with a key of noise, as key data."""

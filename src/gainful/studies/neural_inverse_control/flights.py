@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import jax.numpy as jnp
@@ -107,8 +107,3 @@ def all_axes_over(experiment: str, contender: str, other: str, expected: Toleran
         return ratio_interval(*(all_axes(outcome, experiment, each) for each in (contender, other)))
 
     return Check(f"RMS of all axes, {contender} over {other}", found, expected)
-
-
-def columns(outcome: Outcome, experiment: str, names: Sequence[str], chosen: Sequence[str]) -> list[tuple[Any, ...]]:
-    """Rows of a table: contenders by quantities."""
-    return [(name, *(outcome.summary(experiment, name, quantity) for quantity in chosen)) for name in names]

@@ -79,7 +79,7 @@ def tables(outcome: Outcome) -> list[Table]:
 
 def figures(outcome: Outcome) -> list[Figure | Chart]:
     """Errors and torques about the change."""
-    shown = (LEARNS, AFFINE_LEARNS, STILL, PID_NAME)
+    shown = (LQI_NAME, STILL, LEARNS, AFFINE_LEARNS)
     return [
         Figure(
             "The inertia drops to a third",

@@ -27,7 +27,7 @@ STILL, COMPENSATED, PAPER = "frozen", "frozen, compensated", "learning, q = 0"
 WALKS = {"q = 1e-6": 1e-6, "q = 1e-4": 1e-4, "q = 1e-2": 1e-2}
 SLOW, FAST, CAPPED = "forgetting 0.999", "forgetting 0.99", "forgetting 0.99, trace capped"
 GUARDED = "forgetting 0.99, all guards"
-CAP = 100.0
+CAP = 1e4
 """Trace of the weights' covariance above which nothing is forgotten, where it is capped."""
 FALL_BACK = 0.05  # rad
 """Error of an angle from which the fallback acts, where there is one."""
@@ -37,8 +37,8 @@ def contenders(flight: Flight) -> dict[str, Inverse]:
     """By what happens to the weights."""
     command = rate_command()
 
-    def network(learns: WeightFilter, kind: str = "exponential", **options: object) -> Inverse:
-        return Inverse(flight, settings(command, learns=learns, compensated=compensation(kind), **options))  # type: ignore[arg-type]
+    def network(learns: WeightFilter, mean: str = "exponential", **options: object) -> Inverse:
+        return Inverse(flight, settings(command, learns=learns, compensated=compensation(mean), **options))  # type: ignore[arg-type]
 
     guards = Guardrails(largest_error=FALL_BACK)
     return {

@@ -79,6 +79,9 @@ def named(contraction: float) -> str:
 
 def radius(ratio: float, rate: float, contraction: float) -> float:
     """Spectral radius of the loop."""
+    if rate == 0:
+        # No mean, which would stay where it is.
+        return abs(1.0 - ratio * contraction)
     return float(np.abs(np.linalg.eigvals(error_dynamics(ratio, rate, contraction))).max())
 
 

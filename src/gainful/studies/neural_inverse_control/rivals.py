@@ -7,12 +7,11 @@ from ..claims import Claim, above, below
 from ..figures import Chart, Figure, Panel, Table
 from ..outcome import Outcome
 from ..statistics import mean_interval
-from .contenders import FROZEN, PANEL_GAIN, Flight, Inverse, Rival, compensation, learning, rate_command, settings
+from .contenders import FROZEN, PANEL_GAIN, Flight, Inverse, Rival, compensation, rate_command, settings
 from .flights import all_axes, all_axes_over, first, flown, over
 from .laws import incremental
 from .scenarios import AXES, DISTURBANCE, OFF_NOMINAL, plant
-from .training import AFFINE, BILINEAR
-from .tuning import CHOSEN, INDI, LQI, LQR, NETWORK, PD, PID, law
+from .tuning import AFFINE_LAW, BILINEAR_LAW, CHOSEN, INDI, LQI, LQR, NETWORK, PD, PID, law
 
 RIVALS = "rivals"
 NAMES = {
@@ -30,23 +29,21 @@ LEFT_ALONE = (0.0, 0.0, 0.0)
 
 def contenders(flight: Flight) -> dict[str, Inverse | Rival]:
     """All of them, as tuned."""
-    walk, contraction = CHOSEN[NETWORK]
-    command = rate_command(contraction=contraction)
+    command = rate_command(contraction=CHOSEN[NETWORK][1])
 
-    def network(learns: object, kind: str = "exponential", **options: object) -> Inverse:
-        chosen = settings(command, learns=learns, compensated=compensation(kind))  # type: ignore[arg-type]
-        return Inverse(flight, chosen, **options)  # type: ignore[arg-type]
+    def frozen(mean: str) -> Inverse:
+        return Inverse(flight, settings(command, learns=FROZEN, compensated=compensation(mean)))
 
     laws = {title: law(name, CHOSEN[name], flight) for name, title in NAMES.items()}
     return {
         **laws,
         INDI_STIFF: Rival(flight, incremental(CHOSEN[INDI][0], LEFT_ALONE)),
-        STILL: network(FROZEN, "none"),
-        STILL_COMPENSATED: network(FROZEN),
-        LEARNS: network(learning(walk)),
+        STILL: frozen("none"),
+        STILL_COMPENSATED: frozen("exponential"),
+        LEARNS: law(NETWORK, CHOSEN[NETWORK], flight),
         LEARNS_STIFF: law(NETWORK, CHOSEN[NETWORK], flight, LEFT_ALONE),
-        BILINEAR_LEARNS: network(learning(walk), kind=BILINEAR),
-        AFFINE_LEARNS: network(learning(walk), kind=AFFINE),
+        BILINEAR_LEARNS: law(BILINEAR_LAW, CHOSEN[BILINEAR_LAW], flight),
+        AFFINE_LEARNS: law(AFFINE_LAW, CHOSEN[AFFINE_LAW], flight),
     }
 
 

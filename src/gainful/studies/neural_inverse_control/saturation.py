@@ -126,6 +126,11 @@ CLAIMS = (
         "Integral laws need their integral held at the limit.",
         "not in the publication",
         (lost(SATURATION, LQI_WOUND, above(0.8)), lost(SATURATION, LQI_NAME, below(0.2))),
+        {
+            "partly": "Let go, it tumbles. Held, it comes back from where the torque has left it behind, but that is "
+            "more than the "
+            "100 mrad that count as lost: a law that slows down in time does not get there."
+        },
     ),
     Claim(
         "products of inputs",

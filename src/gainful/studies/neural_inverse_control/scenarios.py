@@ -22,7 +22,7 @@ from ...running.loop import Rates
 STEP = 0.1  # s
 RATES = Rates(step=STEP, measure=1, control=1, estimate=1)
 AXES = ("roll", "pitch", "yaw")
-SLEW, LONG, LONGEST = 90.0, 180.0, 900.0  # s
+SHORT, LONG, LONGEST = 90.0, 180.0, 900.0  # s
 HOLD_END = 10.0  # s, of each hold, in which the panel should be still
 
 

@@ -17,12 +17,16 @@ from .contenders import PANEL_GAIN, Flight, Inverse, Networks, Rival, compensati
 from .laws import incremental, integral_regulator, pd, pid, regulator
 from .measures import Flown, Measure
 from .scenarios import DISTURBANCE, OFF_NOMINAL, plant
-from .training import RBF
+from .training import AFFINE, BILINEAR, RBF, Kind
 
 SEED, RUNS = 11, 4
 MOST_STEP = 1.0  # N m
 """Effort that a contender may make: the root mean square of the torque's steps."""
-PD, PID, LQR, LQI, INDI, NETWORK = "PD", "PID", "LQR", "LQI", "INDI", "network"
+PD, PID, LQR, LQI, INDI = "PD", "PID", "LQR", "LQI", "INDI"
+NETWORK, BILINEAR_LAW, AFFINE_LAW = "network", "bilinear law", "affine law"
+LEARNERS: dict[str, Kind] = {NETWORK: RBF, BILINEAR_LAW: BILINEAR, AFFINE_LAW: AFFINE}
+"""Laws that learn in flight, and what they are made of."""
+_LEARNING = ((0.0, 1e-8, 1e-7, 1e-6, 1e-5), (0.3, 0.5, 1.0))
 
 CHOSEN: dict[str, tuple[float, ...]] = {
     PD: (3.0, 0.7),
@@ -31,6 +35,8 @@ CHOSEN: dict[str, tuple[float, ...]] = {
     LQI: (100.0, 30.0, 100.0, 1.0),
     INDI: (0.3,),
     NETWORK: (1e-8, 1.0),
+    BILINEAR_LAW: (1e-6, 1.0),
+    AFFINE_LAW: (1e-6, 1.0),
 }
 """Settings with the least error within that effort, in the order of the laws' arguments."""
 
@@ -40,7 +46,7 @@ GRIDS: dict[str, tuple[tuple[float, ...], ...]] = {
     LQR: ((30.0, 100.0, 300.0, 1000.0), (0.1, 10.0, 100.0, 300.0, 1000.0), (0.1, 10.0), (0.3, 1.0, 3.0)),
     LQI: ((10.0, 100.0, 300.0, 1000.0), (1.0, 10.0, 30.0, 100.0), (10.0, 100.0, 300.0, 1000.0), (0.1, 0.3, 1.0)),
     INDI: ((0.3, 0.5, 1.0),),
-    NETWORK: ((0.0, 1e-8, 1e-7, 1e-6), (0.3, 0.5, 1.0)),
+    **dict.fromkeys(LEARNERS, _LEARNING),
 }
 """Values tried of each argument, in all combinations."""
 
@@ -56,10 +62,10 @@ def law(
         flight: that it flies.
         panel_gain: of laws with a rate command [1/(m s)].
     """
-    if name == NETWORK:
+    if name in LEARNERS:
         walk, contraction = values
         command = rate_command(panel_gain=panel_gain, contraction=contraction)
-        return Inverse(flight, settings(command, learns=learning(walk), compensated=compensation()))
+        return Inverse(flight, settings(command, learns=learning(walk), compensated=compensation()), LEARNERS[name])
     if name == INDI:
         return Rival(flight, incremental(values[0], panel_gain))
     laws: dict[str, Callable[..., Any]] = {PD: pd, PID: pid, LQR: regulator, LQI: integral_regulator}
@@ -95,7 +101,7 @@ def retune(name: str, *, runs: int = RUNS, seed: int = SEED) -> Tuning:
     experiment = Experiment(
         "tuning",
         "Errors within the effort",
-        Networks((RBF,) if name == NETWORK else ()),
+        Networks((LEARNERS[name],) if name in LEARNERS else ()),
         tried,
         Score(Measure(jnp.array([0.0, 1.0]))),
         (
