@@ -321,10 +321,10 @@ def study():
                 note="the two stages; the combination is published nowhere",
             ),
             Citation(
-                ("B. Chen", "X. Liu", "H. Zhao", "J. C. Principe"),
-                2017,
-                "Maximum correntropy Kalman filter",
-                "Automatica 76, 70-77",
+                ("C. J. Masreliez", "R. D. Martin"),
+                1977,
+                "Robust Bayesian estimation for the linear model and robustifying the Kalman filter",
+                "IEEE Transactions on Automatic Control 22(3), 361-371",
             ),
             Citation(
                 ("A. P. Sage", "G. W. Husa"),
@@ -381,11 +381,7 @@ def main(arguments):
     if "--tune" in arguments:
         for name in NAMES:
             found = tuned(name)
-            print(
-                f"{name}: {found.best} of {len(found.tried)}",
-                {k: round(v.value, 3) for k, v in found.tried.items()},
-                flush=True,
-            )
+            print(name, found.best, {key: round(each.value, 3) for key, each in found.tried.items()}, flush=True)
         return
     if "--record" in arguments:
         write_record(HERE / "data" / "flight.csv.gz")
