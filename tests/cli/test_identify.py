@@ -6,7 +6,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from typer.testing import CliRunner
 
+from gainful.cli.app import app
 from gainful.plants import fourier_excitation
 
 CONFIG = """
@@ -57,10 +59,6 @@ def yaw(project):
 @pytest.fixture(scope="module")
 def done(tmp_path_factory):
     """One identification, run once."""
-    from typer.testing import CliRunner
-
-    from gainful.cli.app import app
-
     home: Path = tmp_path_factory.mktemp("yaw")
     (home / "yaw.toml").write_text(CONFIG)
     record().to_csv(home / "yaw.csv", index=False)
@@ -229,7 +227,9 @@ def test_a_network_is_held_against_the_linear_equation(project) -> None:
         y[k] = 0.6 * y[k - 1] + np.sin(2.0 * u[k]) - 0.4 * u[k] * y[k - 1]
     pd.DataFrame({"y": y, "u": u}).to_csv(project.folder / "valve.csv", index=False)
     (project.folder / "net.toml").write_text(NETWORK.replace("KIND", "rbf"))
-    result = project.invoke("identify", str(project.folder / "net.toml"), "--out", str(project.folder / "net"))
+    result = CliRunner().invoke(
+        app, ["identify", str(project.folder / "net.toml"), "--out", str(project.folder / "net")]
+    )
     assert result.exit_code == 0, result.output
     words = " ".join(result.output.split())
     assert "rbf of 53 weights; on 90 rows kept back it explains" in words
@@ -253,6 +253,8 @@ def test_a_network_where_a_line_would_do_is_told_so(project) -> None:
         project.folder / "valve.csv", index=False
     )
     (project.folder / "net.toml").write_text(NETWORK.replace("KIND", "bilinear"))
-    result = project.invoke("identify", str(project.folder / "net.toml"), "--out", str(project.folder / "net"))
+    result = CliRunner().invoke(
+        app, ["identify", str(project.folder / "net.toml"), "--out", str(project.folder / "net")]
+    )
     assert result.exit_code == 0, result.output
     assert "nothing here asks for a network" in " ".join(result.output.split())
