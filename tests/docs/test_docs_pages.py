@@ -22,6 +22,7 @@ from gainful.config.identify import (
     IdentifyOptions,
     RecordingSection,
 )
+from gainful.config.network import NetworkSection
 from gainful.config.parts import ACRONYMS
 from gainful.config.schema import (
     AugmentSection,
@@ -65,6 +66,7 @@ SECTIONS = {
     "`[training.maps.NAME]`": MapSection,
     "Top level of an identification": IdentifyConfig,
     "`[equation]`": EquationSection,
+    "`[network]`": NetworkSection,
     "`[data]` of an identification": RecordingSection,
     "`[check]`": CheckSection,
     "`[options]` of an identification": IdentifyOptions,
