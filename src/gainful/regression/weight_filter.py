@@ -183,7 +183,9 @@ class WeightFilter(eqx.Module):
         fitted = fit_weights(features, targets, float(self.prior_variance), float(self.noise_variance))
         if self.form == "square_root":
             return fitted
-        return WeightState(fitted.weights, symmetrize(fitted.cov), fitted.seen, fitted.skipped, fitted.resets, self.form)
+        return WeightState(
+            fitted.weights, symmetrize(fitted.cov), fitted.seen, fitted.skipped, fitted.resets, self.form
+        )
 
     def _prior(self, features: int, dtype: jnp.dtype) -> Float[Array, "l l"]:
         variance = jnp.asarray(self.prior_variance, dtype)
