@@ -162,7 +162,9 @@ def test_the_configuration_the_readme_shows_is_valid() -> None:
         parse_config(tomllib.loads(block.text))
 
 
-@pytest.mark.parametrize("name", ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "examples/rover/README.md"])
+@pytest.mark.parametrize(
+    "name", ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "examples/rover/README.md", "examples/ship/README.md"]
+)
 def test_every_file_a_text_links_to_is_there(name: str) -> None:
     path = ROOT / name
     for target in re.findall(r"\]\((?!https?:)([^)#]+)", path.read_text()):
