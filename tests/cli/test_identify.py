@@ -6,7 +6,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from typer.testing import CliRunner
 
+from gainful.cli.app import app
 from gainful.plants import fourier_excitation
 
 CONFIG = """
@@ -57,10 +59,6 @@ def yaw(project):
 @pytest.fixture(scope="module")
 def done(tmp_path_factory):
     """One identification, run once."""
-    from typer.testing import CliRunner
-
-    from gainful.cli.app import app
-
     home: Path = tmp_path_factory.mktemp("yaw")
     (home / "yaw.toml").write_text(CONFIG)
     record().to_csv(home / "yaw.csv", index=False)
@@ -198,3 +196,65 @@ def test_terms_may_call_functions_of_a_file(yaw) -> None:
     found = json.loads((yaw.folder / "out" / "identification.json").read_text())
     assert found["parameters"]["quadratic"]["unit"] == ""
     assert found["parameters"]["quadratic"]["value"] == pytest.approx(1.55, rel=0.1)
+
+
+NETWORK = """
+title = "valve"
+
+[signals]
+y = "m"
+u = "1"
+
+[network]
+kind = "KIND"
+of = "y"
+lags = 1
+inputs.u = 1
+random_walk = 1e-6
+
+[data]
+file = "valve.csv"
+time = ""
+dt = 0.1
+signals = { y = "y", u = "u" }
+"""
+
+
+def test_a_network_is_held_against_the_linear_equation(project) -> None:
+    rng = np.random.default_rng(2)
+    u, y = rng.uniform(-1.0, 1.0, 300), np.zeros(300)
+    for k in range(1, 300):
+        y[k] = 0.6 * y[k - 1] + np.sin(2.0 * u[k]) - 0.4 * u[k] * y[k - 1]
+    pd.DataFrame({"y": y, "u": u}).to_csv(project.folder / "valve.csv", index=False)
+    (project.folder / "net.toml").write_text(NETWORK.replace("KIND", "rbf"))
+    result = CliRunner().invoke(
+        app, ["identify", str(project.folder / "net.toml"), "--out", str(project.folder / "net")]
+    )
+    assert result.exit_code == 0, result.output
+    words = " ".join(result.output.split())
+    assert "rbf of 53 weights; on 90 rows kept back it explains" in words
+    found = json.loads((project.folder / "net" / "identification.json").read_text())
+    assert found["network"]["told"] == ["u", "lag(y)"]
+    assert found["check"]["simulated_share"] > 0.95 > found["linear"]["ls"]["simulated_share"]
+    assert found["adapted"]["explained_share"] > 0.95
+    rows = pd.read_parquet(project.folder / "net" / "rows.parquet")
+    assert rows["kept_back"].sum() == 90
+    page = (project.folder / "net" / "report.html").read_text()
+    assert "y = lag(y) + rbf(u, lag(y))" in page
+    assert "rbf, learning on" in page
+
+
+def test_a_network_where_a_line_would_do_is_told_so(project) -> None:
+    u = np.random.default_rng(2).normal(size=300)
+    y = np.zeros(300)
+    for k in range(1, 300):
+        y[k] = 0.6 * y[k - 1] + u[k]
+    pd.DataFrame({"y": y + 0.01 * np.cos(np.arange(300) ** 2), "u": u}).to_csv(
+        project.folder / "valve.csv", index=False
+    )
+    (project.folder / "net.toml").write_text(NETWORK.replace("KIND", "bilinear"))
+    result = CliRunner().invoke(
+        app, ["identify", str(project.folder / "net.toml"), "--out", str(project.folder / "net")]
+    )
+    assert result.exit_code == 0, result.output
+    assert "nothing here asks for a network" in " ".join(result.output.split())

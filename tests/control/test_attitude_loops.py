@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+import gainful as gf
 from gainful.control import (
     AdaptiveInverseController,
     AngleState,
@@ -29,7 +30,7 @@ from gainful.networks import ProductFeatures, make_radial_basis
 from gainful.plants import DisturbanceTorque, FlexibleSpacecraft, FlexibleState, FlexibleStructure
 from gainful.plants.flexible_spacecraft_model import flexible_spacecraft_model
 from gainful.regression import WeightFilter
-from gainful.running import Rates, Simulated, simulate
+from gainful.running import Observer, Rates, Simulated, simulate
 
 T = 0.1  # s
 LIMIT = 30.0  # N m
@@ -78,10 +79,9 @@ def fit() -> OneStepFit:
 def adaptive(fit: OneStepFit, **options: Any) -> AdaptiveInverseController:
     weights = np.r_[np.zeros(6), np.ones(3), np.zeros(3)] * np.asarray(fit.model.output_scale) ** 2
     inversion = Inversion(weights, input_scale=20.0, limit=LIMIT)
-    learning = {"learning": fit.weight_filter, "known": fit.state, "statistics": ErrorStatistics()}
-    return AdaptiveInverseController(
-        fit.model, COMMAND, inversion, StateSource(convert=AngleState()), **(learning | options)
-    )
+    given = {"learning": fit.weight_filter, "known": fit.state, "statistics": ErrorStatistics()}
+    given |= {"source": StateSource(convert=AngleState())}
+    return AdaptiveInverseController(fit.model, COMMAND, inversion, **(given | options))
 
 
 def rates_first(y: jax.Array) -> jax.Array:
@@ -146,3 +146,27 @@ def test_many_networks_fly_at_once(fit: OneStepFit, key: jax.Array) -> None:
     # What one order of summation rounds differently from another, in fifty steps of a stable loop.
     np.testing.assert_allclose(together[0], flown(law, key, 5.0).truth, atol=1e-10)
     np.testing.assert_allclose(together[1], flown(shifted, key, 5.0).truth, atol=1e-10)
+
+
+def test_an_estimate_stands_in_for_gauges_while_a_torque_weakens(fit: OneStepFit, key: jax.Array) -> None:
+    blind, believed = (
+        FlexibleSpacecraft(structure, None, disturbance, modal_sensors=False)
+        for structure, disturbance in ((TRUE, CRAFT.disturbance), (BELIEVED, None))
+    )
+    model = gf.augment(flexible_spacecraft_model(believed), biases={f"torque_{axis}": 0.05 for axis in "xyz"})
+    start = np.r_[FlexibleState.at_rest(3).coordinates, np.zeros(3)]
+    prior = gf.make_prior(model, start, np.r_[np.full(12, 1e-4), np.full(3, 0.5)])
+    flight = flown(
+        adaptive(fit, source=StateSource("estimate", model.space.size - 3, AngleState())),
+        key,
+        craft=blind,
+        observer=Observer(gf.extended_kalman_filter(), model, prior),
+        actuator_fault=lambda applied, t: applied * jnp.where(t > 20.0, jnp.array([0.7, 1.0, 1.0]), 1.0),
+    )
+    # A thousandth of the slew, while a third of the roll torque is missing and the estimator is told the command.
+    assert (deviation(flight) < 0.35).all()
+    assert flight.info is not None
+    bias = np.asarray(flight.info.estimate.mean)[-1, -3:]
+    # The missing torque and the disturbance are all that the biases can be; at rest the disturbance alone.
+    disturbance = np.asarray(CRAFT.disturbance(flight.t[-1]))
+    assert np.sign(-bias).tolist() == np.sign(disturbance).tolist()

@@ -22,6 +22,7 @@ from gainful.config.identify import (
     IdentifyOptions,
     RecordingSection,
 )
+from gainful.config.network import NetworkSection
 from gainful.config.parts import ACRONYMS
 from gainful.config.schema import (
     AugmentSection,
@@ -65,6 +66,7 @@ SECTIONS = {
     "`[training.maps.NAME]`": MapSection,
     "Top level of an identification": IdentifyConfig,
     "`[equation]`": EquationSection,
+    "`[network]`": NetworkSection,
     "`[data]` of an identification": RecordingSection,
     "`[check]`": CheckSection,
     "`[options]` of an identification": IdentifyOptions,
@@ -160,7 +162,9 @@ def test_the_configuration_the_readme_shows_is_valid() -> None:
         parse_config(tomllib.loads(block.text))
 
 
-@pytest.mark.parametrize("name", ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "examples/rover/README.md"])
+@pytest.mark.parametrize(
+    "name", ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "examples/rover/README.md", "examples/ship/README.md"]
+)
 def test_every_file_a_text_links_to_is_there(name: str) -> None:
     path = ROOT / name
     for target in re.findall(r"\]\((?!https?:)([^)#]+)", path.read_text()):

@@ -13,8 +13,9 @@ import gainful as gf
 from gainful.config import build_filter, build_model, build_prior, load_config, parse_config
 from gainful.diagnostics import coverage, rmse
 from gainful.faults import Outliers, inject
+from gainful.identification import identify_network
 from gainful.io import read_log
-from gainful.jobs import IdentifyJob, estimate, identify_log, state_rows
+from gainful.jobs import IdentifyJob, NetworkJob, estimate, identify_log, state_rows
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 RECORDS = Path(__file__).parents[3] / "shared" / "data"
@@ -228,6 +229,30 @@ def test_the_robot_arms_readme_says_what_is_found(tmp_path):
     # The measure other toolboxes print: 99.7 % one row ahead, 78 % by itself for batch least squares.
     fits = [1 - np.sqrt(1 - share) for share in (job.check.explained_share, job.check.simulated_share)]
     assert fits == pytest.approx([0.997, 0.78], abs=0.01)
+
+
+def network_rows(example: str) -> dict[str, tuple[float, float]]:
+    """Fits one row ahead and by itself that a README tells, by the first words of the model."""
+    text = (EXAMPLES / example / "README.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (.*?) \| [\d]+ \| (\d+\.\d+) % \| (\d+\.\d) % \|$", text, re.M)
+    return {name: (float(ahead), float(alone)) for name, ahead, alone in rows}
+
+
+@pytest.mark.parametrize("example", ["robot_arm", "steel_subframe"])
+def test_what_the_readme_tells_of_networks_is_found(example, tmp_path):
+    job = identified(example, "network.toml", recorded("flexible_structures"), tmp_path)
+    assert isinstance(job, NetworkJob)
+    told = network_rows(example)
+    checks = {"`rbf`, 50 thin plates": job.check, "linear, least squares": job.linear["ls"]}
+    recipe = dataclasses.replace(job.found.recipe, kernel="gaussian")
+    again = identify_network(job.found.model.lags, job.found.recording, recipe)
+    checks["`rbf`, 50 Gaussians"] = again.check(job.kept_back)
+    for name, check in checks.items():
+        ahead, alone = told[name]
+        assert 100 * check.fit == pytest.approx(ahead, abs=0.006)
+        assert 100 * check.simulated_fit == pytest.approx(alone, abs=0.06)
+    needed = any("nothing here asks for a network" in each for each in job.cautions)
+    assert needed == (example == "steel_subframe")
 
 
 def test_the_gliders_readme_says_what_is_found(tmp_path):

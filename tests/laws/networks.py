@@ -21,6 +21,7 @@ from gainful.networks import (
     PerceptronTraining,
     ProductFeatures,
     RadialBasisNetwork,
+    SummedNetwork,
     make_radial_basis,
 )
 from gainful.regression import DecoupledKalmanTraining, KalmanTraining
@@ -66,6 +67,7 @@ NETWORKS: dict[type, list[AbstractNetwork]] = {
     HarmonicMap: [trained(each) for each in TRAININGS[HarmonicTraining]],
     MultilayerPerceptron: [trained(each) for each in TRAININGS[PerceptronTraining]],
     RadialBasisNetwork: [radial(5), radial(4, kernel="gaussian", tail="affine"), radial(0, tail="lift")],
+    SummedNetwork: [SummedNetwork((radial(5), trained(AffineTraining())))],
 }
 
 FEATURES: dict[type, list[AbstractFeatures]] = {

@@ -121,7 +121,7 @@ class LaggedModel(eqx.Module):
     def one_step(self, signals: Mapping[str, Float[np.ndarray, " T"]]) -> Float[np.ndarray, " T"]:
         """The signal in each row, from measured rows before; NaN where one of them is missing."""
         rows = self.lags.rows(signals)
-        whole = np.isfinite(rows).all(axis=1)
+        whole = np.asarray(np.isfinite(rows).all(axis=1))
         said = np.asarray(_all_rows(self, jnp.asarray(np.where(whole[:, None], rows, 0.0))))
         return np.where(whole, said, np.nan)
 

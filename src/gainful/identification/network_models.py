@@ -236,9 +236,8 @@ def identify_network(lags: Lags, recording: Recording, recipe: NetworkRecipe | N
     rows, measured = lags.rows(signals), signals[lags.of]
     whole = np.isfinite(rows).all(axis=1) & np.isfinite(measured)
     if whole.sum() <= rows.shape[1]:
-        raise DataError(
-            f"rows: expected more than the {rows.shape[1]} numbers that the network is told of each, got {whole.sum()} whole ones"
-        )
+        told = f"the {rows.shape[1]} numbers that the network is told of each"
+        raise DataError(f"rows: expected more whole ones than {told}, got {whole.sum()}")
     base = rows[whole, -lags.own] if recipe.form == "increment" else 0.0
     scale = float((measured[whole] - base).std())
     if scale <= 1e-12 * float(np.abs(measured[whole]).max()):

@@ -256,7 +256,7 @@ CLAIMS = (
         "What the gate accepts on other records is an improvement, or nothing is corrected.",
         "not in the paper",
         tuple(
-            ratio(state, scenario, gated, alone, below(1.0))
+            ratio(state, scenario, gated, alone, below(1.0 + 1e-9))  # equal but for rounding where nothing is corrected
             for scenario in SCENARIOS
             for gated, alone in ((CMAC_GATED, DESIGN), (ML_CMAC_GATED, ML))
             for state in STATES
