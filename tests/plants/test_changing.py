@@ -35,5 +35,8 @@ def test_the_plant_is_the_one_before_until_it_changes_and_then_the_one_after() -
 
 
 def test_plants_of_different_kinds_do_not_become_each_other() -> None:
-    with pytest.raises(ConfigError, match="after: expected a plant like before in all but its numbers, got FlexibleSpacecraft and RigidSpacecraft"):
+    with pytest.raises(
+        ConfigError,
+        match="after: expected a plant like before in all but its numbers, got FlexibleSpacecraft and RigidSpacecraft",
+    ):
         ChangingPlant(FlexibleSpacecraft(), RigidSpacecraft())

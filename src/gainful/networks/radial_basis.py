@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from typing import Literal
 
 import equinox as eqx
@@ -179,5 +180,9 @@ def _placed(
         raise DataError(f"examples: expected at least {centres}, one per centre, got {came}")
     lifted = np.asarray(jax.vmap(lifting.lift)(jnp.asarray(examples, float)))
     chosen = lifted[rng.choice(len(lifted), centres, replace=False)]
-    # Started at examples, so that hardly any cluster ends up with none.
-    return kmeans2(lifted, chosen, minit="matrix", missing="warn")[0] if placement == "clusters" else chosen
+    if placement == "examples":
+        return chosen
+    with warnings.catch_warnings():
+        # A cluster that ends up with no example keeps its place.
+        warnings.filterwarnings("ignore", message="One of the clusters is empty")
+        return kmeans2(lifted, chosen, minit="matrix", missing="warn")[0]
