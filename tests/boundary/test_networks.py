@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import gainful as gf
-from gainful.aiding import SensorMap, validation_gate
+from gainful.aiding import SensorMap, Smoother, validation_gate
 from gainful.errors import ConfigError, DataError, GainfulError, ShapeError
 from gainful.linearization import Taylor
 from gainful.networks import (
@@ -17,6 +17,7 @@ from gainful.networks import (
     CMACTraining,
     HarmonicTraining,
     PerceptronTraining,
+    Tiling,
     make_tiling,
     zero_map,
 )
@@ -27,6 +28,8 @@ LINE = np.linspace(0.0, 1.0, 200)[:, None]
 MODEL = gf.linear_model([[1.0, 1.0], [0.0, 1.0]], [[1.0, 0.0]], Q=0.1, R=1.0, states=["x", "v"], outputs=["y"])
 PRIOR = gf.make_prior(MODEL, [0.0, 0.0], [1.0, 1.0])
 LOG = gf.make_log(MODEL, np.arange(60.0), np.zeros(60), truth={"x": np.zeros(60)})
+UNSEEN = gf.make_log(MODEL, np.arange(60.0), np.full(60, np.nan), truth={"x": np.zeros(60)})
+OTHER = gf.linear_model(np.eye(2), [[1.0, 0.0]], Q=0.1, R=1.0, states=["place", "v"], outputs=["y"])
 
 
 def map_of(signal: str = "y", context: tuple[str, ...] = ("x",)) -> SensorMap:
@@ -68,6 +71,11 @@ MISTAKES: list[tuple[Callable[[], object], type[GainfulError], str]] = [
     (lambda: make_tiling(LINE, compress="tanh"), ConfigError, "compress: 'tanh' is not known"),
     (lambda: make_tiling(LINE, columns=[1]), ConfigError, "columns: expected numbers from 0 to 0, got 1"),
     (lambda: make_tiling(LINE, displacement=[1, 2]), ConfigError, "displacement: expected 1 numbers, got (1, 2)"),
+    (
+        lambda: Tiling(*[jnp.zeros(1)] * 4, (0,), 8, 4, (1, 1), "none", False, 8),
+        ConfigError,
+        "displacement: expected 1 numbers, got (1, 1)",
+    ),
     (lambda: PerceptronTraining(hidden=()), ConfigError, "hidden: expected whole numbers of at least 1, got ()"),
     (lambda: PerceptronTraining(rate=0.0), ConfigError, "rate: expected a number above 0, got 0.0"),
     (lambda: PerceptronTraining(method="adam"), ConfigError, "method: 'adam' is not known"),
@@ -142,6 +150,35 @@ MISTAKES: list[tuple[Callable[[], object], type[GainfulError], str]] = [
         ),
         DataError,
         "record 0 has no truth of x, v",
+    ),
+    (
+        lambda: gf.train_aiding(
+            gf.kalman_filter(),
+            MODEL,
+            PRIOR,
+            [LOG] * 4,
+            held_out=2,
+            key=KEY,
+            teacher="smoother",
+            smoother=Smoother(gf.kalman_filter(), OTHER),
+        ),
+        ConfigError,
+        "smoother: expected the states x, v, got place, v",
+    ),
+    (
+        lambda: gf.train_aiding(gf.kalman_filter(), MODEL, PRIOR, [UNSEEN] * 4, held_out=2, key=KEY),
+        DataError,
+        "training: expected rows with both a measurement and a reference, got none",
+    ),
+    (
+        lambda: gf.learn_sensor_map(MODEL, [LOG, LOG], [np.zeros((60, 2))], signal="y", context=["x"], key=KEY),
+        ConfigError,
+        "states: expected one per record, 2, got 1",
+    ),
+    (
+        lambda: gf.learn_sensor_map(MODEL, [LOG, LOG], [np.zeros((9, 2))] * 2, signal="y", context=["x"], key=KEY),
+        ShapeError,
+        "states: expected shape (60, 2), got (9, 2)",
     ),
     (lambda: learned(signal="z"), ConfigError, "signal: 'z' is not an output of the model"),
     (lambda: learned(context=["z"]), ConfigError, "context: 'z' is no state, input, output or time"),

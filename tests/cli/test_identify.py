@@ -156,6 +156,11 @@ def test_the_report_names_the_equation_and_its_assumptions(done) -> None:
             'file = "yaw.csv"\nstop = 0.06',
             "expected at least 3 rows that all have in common, got 2",
         ),
+        (
+            'file = "yaw.csv"',
+            'file = "yaw.csv"\nstop = 0.01',
+            "signal 'r': expected at least two values between start and stop, got 1",
+        ),
     ],
 )
 def test_what_a_newcomer_gets_wrong_is_told_and_nothing_is_written(yaw, old, new, message) -> None:

@@ -164,3 +164,11 @@ def test_a_training_section_that_asks_for_nothing_is_refused(tmp_path) -> None:
     result = command("train-aiding", config, "--out", tmp_path / "out")
     said = "training: expected something to learn, got aiding = false and no maps"
     assert said in " ".join(result.stderr.split())
+
+
+def test_faults_are_not_trained_with(tmp_path) -> None:
+    config = home(tmp_path)
+    config.write_text(config.read_text() + '\n[faults]\nstates = [{ kind = "bias", signal = "fix", sigma = 0.1 }]\n')
+    result = command("train-aiding", config, "--out", tmp_path / "out")
+    said = "training: expected a configuration without [faults], got one with them"
+    assert said in " ".join(result.stderr.split())

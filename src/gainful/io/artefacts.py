@@ -113,10 +113,7 @@ def _header(path: Path, line: bytes) -> dict[str, Any]:
 
 def _described(value: Any, place: str) -> Any:
     """A part in words: classes, names and shapes, without its numbers."""
-    if isinstance(value, eqx.Module):
-        name = _public_name(type(value))
-        if name is None:
-            raise ConfigError(f"{place}: a {type(value).__name__} cannot be written to a file")
+    if isinstance(value, eqx.Module) and (name := _public_name(type(value))) is not None:
         fields = [field.name for field in dataclasses.fields(value)]
         return {"kind": name, "fields": {each: _described(getattr(value, each), f"{place}.{each}") for each in fields}}
     if eqx.is_array(value) or isinstance(value, np.ndarray):
