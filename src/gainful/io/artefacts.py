@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -116,7 +117,7 @@ def _described(value: Any, place: str) -> Any:
     if isinstance(value, eqx.Module) and (name := _public_name(type(value))) is not None:
         fields = [field.name for field in dataclasses.fields(value)]
         return {"kind": name, "fields": {each: _described(getattr(value, each), f"{place}.{each}") for each in fields}}
-    if eqx.is_array(value) or isinstance(value, np.ndarray):
+    if isinstance(value, jax.Array | np.ndarray):
         return {"array": [str(value.dtype), list(value.shape)]}
     if isinstance(value, tuple):
         return {"tuple": [_described(each, f"{place}[{k}]") for k, each in enumerate(value)]}
