@@ -62,7 +62,7 @@ CLAIMS = (
                 what="RMS of the roll rate [mrad/s]",
             ),
             lost(TRACKING, NOISY, below(0.2)),
-            lost(LADDER, PRINTED, below(0.2), when=", as printed"),
+            lost(LADDER, PRINTED, below(0.2)),
         ),
         {
             "partly": "Scaled inputs, increments as outputs and a command that only the rates are asked to follow do it, to a "
