@@ -95,8 +95,8 @@ def figures(outcome: Outcome) -> list[Figure]:
         out.append(
             Figure(
                 f"Error of the {what} without and with compensation: figure {number} of the paper",
-                "The first run, weights as they were trained on the nominal spacecraft; the one that is flown is heavier, and "
-                "the disturbance grows.",
+                "The first run, weights as they were trained on the nominal spacecraft; the one that is flown is "
+                "heavier, and the disturbance grows.",
                 tuple(panels),
             )
         )
@@ -162,8 +162,7 @@ CLAIMS = (
         ),
         {
             "partly": "The error of the rate does not grow: a steady torque is held by a steady error of the angle. "
-            "Compensation takes "
-            "a little off, and with the gyro's noise nothing can be seen of it."
+            "Compensation takes a little off, and with the gyro's noise nothing can be seen of it."
         },
     ),
     Claim(

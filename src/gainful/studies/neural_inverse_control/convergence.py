@@ -130,9 +130,9 @@ def figures(outcome: Outcome) -> list[Figure]:
     return [
         Figure(
             "How fast the inverse is found",
-            "What is left of a demanded change of the rates, mean over networks of the median over states. The filter's "
-            "damping "
-            "is an average of all residuals so far, which makes its error fall as the inverse square of the sweeps.",
+            "What is left of a demanded change of the rates, mean over networks of the median over states. The "
+            "filter's damping is an average of all residuals so far, which makes its error fall as the inverse square "
+            "of the sweeps.",
             tuple(
                 Panel(f"left of {size:g} standard deviations", tuple(line(name, demand) for name in names), log=True)
                 for demand, size in DEMANDS.items()
@@ -163,8 +163,7 @@ CLAIMS = (
         ),
         {
             "partly": "The first sweep of a small demand is good to some per cent; after that it is slow, and of a "
-            "demand of full torque a good "
-            "part is left."
+            "demand of full torque a good part is left."
         },
     ),
     Claim(

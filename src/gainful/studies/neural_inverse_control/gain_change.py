@@ -83,15 +83,15 @@ def figures(outcome: Outcome) -> list[Figure | Chart]:
     return [
         Figure(
             "The inertia drops to a third",
-            "Error and torque about roll, first run. What is tuned for the old inertia chatters between the limits; what "
-            "learns "
-            "is through with it after some seconds, the sooner the less there is to learn.",
+            "Error and torque about roll, first run. What is tuned for the old inertia chatters between the limits; "
+            "what learns is through with it after some seconds, the sooner the less there is to learn.",
             (
                 Panel("error of roll", tuple(first(outcome, GAIN_CHANGE, name, "error", 0) for name in shown), "mrad"),
                 Panel(
                     "torque about roll", tuple(first(outcome, GAIN_CHANGE, name, "torques", 0) for name in shown), "N m"
                 ),
             ),
+            telling=True,
         )
     ]
 
@@ -99,8 +99,8 @@ def figures(outcome: Outcome) -> list[Figure | Chart]:
 CLAIMS = (
     Claim(
         "learning follows a change",
-        "After a loss of two thirds of the inertia an inverse that learns is more accurate and calmer than any law that "
-        "does not.",
+        "After a loss of two thirds of the inertia an inverse that learns is more accurate and calmer than any law "
+        "that does not.",
         "not in the publication",
         (
             *(
@@ -142,8 +142,8 @@ CLAIMS = (
         ),
         {
             "not reproduced": "The iteration does not diverge in the first place, for it acts on the model. The loop "
-            "does where the model "
-            "is wrong about the effectiveness by more than its margin, and compensation takes from that."
+            "does where the model is wrong about the effectiveness by more than its margin, and compensation takes "
+            "from that."
         },
     ),
     Claim(

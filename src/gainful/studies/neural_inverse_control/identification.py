@@ -170,9 +170,9 @@ def figures(outcome: Outcome) -> list[Figure]:
     return [
         Figure(
             "How many samples it takes",
-            "Relative error of how the body's rates change with the torques, median over states of the box and over runs. A "
-            "bilinear law has 121 numbers per output: with fewer samples most of it is guessed, with as many it is known "
-            "exactly but for what is not bilinear. The radial basis network is one in disguise.",
+            "Relative error of how the body's rates change with the torques, median over states of the box and over "
+            "runs. A bilinear law has 121 numbers per output: with fewer samples most of it is guessed, with as many "
+            "it is known exactly but for what is not bilinear. The radial basis network is one in disguise.",
             (Panel("relative error", tuple(marks), log=True),),
             "samples",
             x_log=True,
@@ -211,8 +211,7 @@ CLAIMS = (
         ),
         {
             "not reproduced": "The centres are so far away in 120 dimensions that the network is a bilinear regression "
-            "in all but "
-            "name, with 200 weights in place of 121.",
+            "in all but name, with 200 weights in place of 121.",
             "partly": "Where it is better at all, it is by the little that is not bilinear; elsewhere the regression on 121 "
             "products is as good or better.",
         },

@@ -170,11 +170,11 @@ def figures(outcome: Outcome) -> list[Chart]:
     return [
         Chart(
             "What makes it fly",
-            "Root mean square error of roll, median over networks: from the publication's reading at the top, inputs in "
-            "SI units "
-            "and states as outputs, to rate mode on the changes of the states, and below it smaller networks and regressions "
-            "without kernels. Inputs are scaled with a gain of 0.3 unless another is said; weights are equal on all twelve "
-            "states, on angles and rates of the hub, or as told. Above 100 mrad a flight is lost.",
+            "Root mean square error of roll, median over networks: from the publication's reading at the top, inputs "
+            "in SI units and states as outputs, to rate mode on the changes of the states, and below it smaller "
+            "networks and regressions without kernels. Inputs are scaled with a gain of 0.3 unless another is said; "
+            "weights are equal on all twelve states, on angles and rates of the hub, or as told. Above 100 mrad a "
+            "flight is lost.",
             "RMS of roll",
             {name: outcome.median(LADDER, name, "rms_roll") for name in names},
             "mrad",
@@ -197,8 +197,7 @@ CLAIMS = (
         tuple(lost(LADDER, name, below(0.5)) for name in (PRINTED, SI_HUB, SI_SMALL, SI_RATES)),
         {
             "not reproduced": "In SI units torques of 20 N m drown angles of 0.5 rad, and a state hides what a torque "
-            "does to it in "
-            "one sample: the sensitivities are wrong several times over."
+            "does to it in one sample: the sensitivities are wrong several times over."
         },
     ),
     Claim(

@@ -71,8 +71,8 @@ def figures(outcome: Outcome) -> list[Figure]:
     return [
         Figure(
             "A quarter of an hour",
-            "First run. Forgetting without excitation lets the covariance grow without bound: sooner or later noise moves the "
-            "weights anywhere. A cap on its trace, or a walk in place of forgetting, does not.",
+            "First run. Forgetting without excitation lets the covariance grow without bound: sooner or later noise "
+            "moves the weights anywhere. A cap on its trace, or a walk in place of forgetting, does not.",
             (
                 Panel("trace of the weights' covariance", tuple(line(name, "trace") for name in names), log=True),
                 Panel("error over the axes", tuple(line(name, "error") for name in names), "mrad", log=True),
@@ -107,8 +107,7 @@ CLAIMS = (
         ),
         {
             "not reproduced": "The covariance winds up where the flight does not excite it: fast forgetting loses the "
-            "spacecraft, slow "
-            "forgetting is on its way there.",
+            "spacecraft, slow forgetting is on its way there.",
             "partly": "The covariance winds up where the flight does not excite it.",
         },
     ),

@@ -124,9 +124,9 @@ def figures(outcome: Outcome) -> list[Figure]:
     return [
         Figure(
             "What compensation does to the margin",
-            "A one-step inverse whose model is wrong about the effectiveness of the torque, with the running mean of its error "
-            "taken off the target. The faster the mean, the sooner the loop is unstable; a command that asks for less per "
-            "step gives margin back.",
+            "A one-step inverse whose model is wrong about the effectiveness of the torque, with the running mean of "
+            "its error taken off the target. The faster the mean, the sooner the loop is unstable; a command that "
+            "asks for less per step gives margin back.",
             panels,
             "true over modelled effectiveness",
         )
@@ -159,8 +159,7 @@ CLAIMS = (
         tuple(_gained(name, each) for name in list(RATES)[1:] for each in CONTRACTIONS),
         {
             "not reproduced": "The mean is fed back with the sign and the size of an integral of what the plant does too "
-            "much: the "
-            "margin shrinks from 2 to 4/3 as the mean grows faster."
+            "much: the margin shrinks from 2 to 4/3 as the mean grows faster."
         },
     ),
     Claim(

@@ -61,12 +61,12 @@ def figures(outcome: Outcome) -> list[Figure | Chart]:
     return [
         Chart(
             "Beside what an engineer would try first",
-            "Root mean square error over the three axes at equal effort, the spacecraft heavier by a fifth than any of "
-            "them was "
-            "told.",
+            "Root mean square error over the three axes at equal effort, the spacecraft heavier by a fifth than any "
+            "of them was told.",
             "RMS of all axes",
             {name: mean_interval(all_axes(outcome, RIVALS, name), unit="mrad") for name in names},
             "mrad",
+            telling=True,
         ),
         Figure(
             "One of the flights",

@@ -92,8 +92,8 @@ def figures(outcome: Outcome) -> list[Figure]:
     return [
         Figure(
             "At the limit of the torque",
-            "Error and torque about roll, first run. A command that asks for a rate in proportion to the error asks for more "
-            "deceleration than there is; one along a braking curve does not.",
+            "Error and torque about roll, first run. A command that asks for a rate in proportion to the error asks "
+            "for more deceleration than there is; one along a braking curve does not.",
             (
                 Panel("error of roll", tuple(first(outcome, SATURATION, name, "error", 0) for name in shown), "mrad"),
                 Panel(
@@ -128,8 +128,7 @@ CLAIMS = (
         (lost(SATURATION, LQI_WOUND, above(0.8)), lost(SATURATION, LQI_NAME, below(0.2))),
         {
             "partly": "Let go, it tumbles. Held, it comes back from where the torque has left it behind, but that is "
-            "more than the "
-            "100 mrad that count as lost: a law that slows down in time does not get there."
+            "more than the 100 mrad that count as lost: a law that slows down in time does not get there."
         },
     ),
     Claim(

@@ -66,8 +66,8 @@ CLAIMS = (
         ),
         {
             "partly": "Scaled inputs, increments as outputs and a command that only the rates are asked to follow do it, to a "
-            "few parts in 100,000 of the slew. With inputs in SI units, states as outputs and equal weights, as printed, the "
-            "spacecraft tumbles."
+            "few parts in 100,000 of the slew. With inputs in SI units, states as outputs and equal weights, as "
+            "printed, the spacecraft tumbles."
         },
     ),
     Claim(
