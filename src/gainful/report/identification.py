@@ -14,7 +14,7 @@ from .html import Judgement, Table
 from .page import page_text, write_page
 from .study_figures import study_sections
 
-WORDS: dict[Judgement, tuple[str, str]] = {
+_WORDS: dict[Judgement, tuple[str, str]] = {
     "good": ("✓", "Holds"),
     "bad": ("✕", "Does not hold"),
     "unknown": ("?", "With reservations"),
@@ -56,10 +56,38 @@ def write_identification_report(
     Raises:
         OSError: the file could not be written; an older one is left as it was.
     """
-    mark, word = WORDS[judgement]
+    return write_judged_page(
+        _figures(found, checks[found.method]),
+        path,
+        title=title,
+        facts=facts,
+        verdict=verdict,
+        judgement=judgement,
+        cautions=cautions,
+        tables=[*tables, identifiability_table(found), _noise_table(found)],
+        equation=_equation(found),
+        assumptions=found.assumptions,
+    )
+
+
+def write_judged_page(
+    figures: Sequence[Figure | Chart],
+    path: str | os.PathLike[str],
+    *,
+    title: str,
+    facts: Sequence[tuple[str, str]],
+    verdict: str,
+    judgement: Judgement,
+    cautions: Sequence[str],
+    tables: Sequence[Table],
+    equation: str,
+    assumptions: Sequence[str],
+) -> Path:
+    """Write what was identified, by whichever method, with what it comes to."""
+    mark, word = _WORDS[judgement]
     text = page_text(
         "identification",
-        study_sections(_figures(found, checks[found.method])),
+        study_sections(figures),
         title=title,
         facts=facts,
         verdict=verdict[:1].upper() + verdict[1:] + ".",
@@ -67,9 +95,9 @@ def write_identification_report(
         mark=mark,
         word=word,
         warnings=cautions,
-        tables=[*tables, identifiability_table(found), _noise_table(found)],
-        equation=_equation(found),
-        assumptions=found.assumptions,
+        tables=tables,
+        equation=equation,
+        assumptions=assumptions,
     )
     path = Path(path)
     write_page(path, text)

@@ -8,9 +8,7 @@ from pathlib import Path
 
 from ..identification import Assessment, NetworkIdentification
 from .html import Judgement, Table
-from .identification import WORDS, assessment_figures
-from .page import page_text, write_page
-from .study_figures import study_sections
+from .identification import assessment_figures, write_judged_page
 
 _ASSUMPTIONS = ("what the network is told is free of noise", "inputs stay where they were in training")
 
@@ -46,23 +44,17 @@ def write_network_report(
     Raises:
         OSError: the file could not be written; an older one is left as it was.
     """
-    mark, word = WORDS[judgement]
     lags = found.model.lags
     base = f"lag({lags.of}) + " if found.model.form == "increment" else ""
-    text = page_text(
-        "identification",
-        study_sections(assessment_figures(found.assessment, check, lags.of)),
+    return write_judged_page(
+        assessment_figures(found.assessment, check, lags.of),
+        path,
         title=title,
         facts=facts,
-        verdict=verdict[:1].upper() + verdict[1:] + ".",
+        verdict=verdict,
         judgement=judgement,
-        mark=mark,
-        word=word,
-        warnings=cautions,
+        cautions=cautions,
         tables=tables,
         equation=f"{lags.of} = {base}{found.recipe.kind}({', '.join(lags.names)})",
         assumptions=_ASSUMPTIONS,
     )
-    path = Path(path)
-    write_page(path, text)
-    return path
