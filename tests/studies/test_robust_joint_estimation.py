@@ -79,7 +79,7 @@ def test_as_many_whitened_innovations_are_inside_the_threshold_as_gaussian_ones_
     assert 0.74 < of(gaussian, RA, "inside") < 0.765
 
 
-# Half widths of the spec's bands for 50 records, wider by sqrt(50 / 20) for the scatter of fewer.
+# Half widths of the bands of 50 records, wider by sqrt(50 / 20) for the scatter of fewer.
 WIDER = np.sqrt(50 / RUNS)
 
 
