@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import jax
 import numpy as np
 
 from ..config import IdentifyConfig, build_equation, build_recordings, load_identify_config
@@ -22,7 +20,7 @@ from ..studies import Measured
 from ..version import __version__
 from .identify_network import NetworkJob, identify_network_log
 from .json_text import json_text
-from .tellings import FAILS, FILES, HOLDS, percent, rows_table, told
+from .tellings import FAILS, FILES, HOLDS, percent, rows_table, run_facts, told, where_judged
 
 _APART = 3.0
 """Standard deviations from which parameters of two records are said to differ."""
@@ -83,7 +81,7 @@ class IdentifyJob:
         if self.found.status != Status.ok:
             return f"{self.found.method} gives no estimate: {self.found.status.sentence}"
         n, check = len(self.found.parameters), self.check
-        where = "on the record itself" if self.kept_back is None else f"on {len(self.kept_back):,} rows kept back"
+        where = where_judged(self.kept_back)
         words = f"{n} {'parameter' if n == 1 else 'parameters'} by {self.found.method}; {where} the terms explain "
         words += f"{percent(check.explained_share)} of the variance of {self.found.problem.equation.regressand.text}"
         if check.signal:
@@ -235,14 +233,8 @@ def _write(job: IdentifyJob, path: Path, folder: Path) -> None:
 
 def _facts(job: IdentifyJob, path: Path) -> list[tuple[str, str]]:
     recording = job.found.problem.recording
-    kept = "none" if job.kept_back is None else f"{len(job.kept_back):,}"
-    return [
-        ("Configuration", path.name),
-        ("Rows", f"{job.found.identifiability.rows:,} whole of {len(recording):,}, every {recording.dt:.4g} s"),
-        ("Kept back", kept),
-        ("Sensors", str(recording.sensors)),
-        ("Made with", f"gainful {__version__}, JAX {jax.__version__}, Python {sys.version.split()[0]}"),
-    ]
+    own = [("Sensors", str(recording.sensors))]
+    return run_facts(path, job.found.identifiability.rows, recording, job.kept_back, own)
 
 
 def _summary(job: IdentifyJob) -> dict[str, Any]:

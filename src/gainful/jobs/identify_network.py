@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
-
-import jax
 
 from ..config import IdentifyConfig, build_network, build_recordings
 from ..config.identify import check_names
@@ -19,7 +16,7 @@ from ..io import check_folder, whole_folder
 from ..report import Judgement, Table, write_network_report
 from ..version import __version__
 from .json_text import json_text
-from .tellings import FAILS, FILES, HOLDS, percent, rows_table, told
+from .tellings import FAILS, FILES, HOLDS, percent, rows_table, run_facts, told, where_judged
 
 _OUTSIDE = 0.01
 """Share of rows kept back with something the network was not trained on, from which that is said."""
@@ -86,7 +83,7 @@ class NetworkJob:
     def verdict(self) -> str:
         """The same in one sentence."""
         check, line = self.check, self.linear.get("ls")
-        where = "on the record itself" if self.kept_back is None else f"on {len(self.kept_back):,} rows kept back"
+        where = where_judged(self.kept_back)
         words = (
             f"{self.kind} of {self.found.weights} weights; {where} it explains {percent(check.explained_share)} of the "
         )
@@ -179,16 +176,12 @@ def _write(job: NetworkJob, path: Path, folder: Path) -> None:
 
 
 def _facts(job: NetworkJob, path: Path) -> list[tuple[str, str]]:
-    recording = job.found.recording
-    condition = job.found.condition
-    return [
-        ("Configuration", path.name),
-        ("Rows", f"{job.found.rows:,} whole of {len(recording):,}, every {recording.dt:.4g} s"),
-        ("Kept back", "none" if job.kept_back is None else f"{len(job.kept_back):,}"),
-        ("Weights", f"{job.found.weights:,}"),
+    found, condition = job.found, job.found.condition
+    own = [
+        ("Weights", f"{found.weights:,}"),
         ("Condition", "not known" if math.isnan(condition) else f"{condition:.1e}"),
-        ("Made with", f"gainful {__version__}, JAX {jax.__version__}, Python {sys.version.split()[0]}"),
     ]
+    return run_facts(path, found.rows, found.recording, job.kept_back, own)
 
 
 def _summary(job: NetworkJob) -> dict[str, Any]:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+import sys
+from pathlib import Path
 from typing import Any
 
+import jax
 import pandas as pd
 
-from ..identification import Assessment
+from ..identification import Assessment, Recording
 from ..version import __version__
 
 FILES = ("report.html", "identification.json", "rows.parquet")
@@ -20,6 +23,32 @@ HOLDS, FAILS = 0.8, 0.5
 def percent(share: float) -> str:
     """A share in words."""
     return "no finite share" if not math.isfinite(share) else f"{100 * share:.1f} %"
+
+
+def run_facts(
+    path: Path, rows: int, recording: Recording, kept_back: Recording | None, own: list[tuple[str, str]]
+) -> list[tuple[str, str]]:
+    """What was run on what.
+
+    Args:
+        path: of the configuration.
+        rows: how many were whole.
+        recording: that something was found in.
+        kept_back: rows that were not used, if any.
+        own: what only one of both has to say.
+    """
+    return [
+        ("Configuration", path.name),
+        ("Rows", f"{rows:,} whole of {len(recording):,}, every {recording.dt:.4g} s"),
+        ("Kept back", "none" if kept_back is None else f"{len(kept_back):,}"),
+        *own,
+        ("Made with", f"gainful {__version__}, JAX {jax.__version__}, Python {sys.version.split()[0]}"),
+    ]
+
+
+def where_judged(kept_back: Recording | None) -> str:
+    """On what rows the numbers of a verdict are."""
+    return "on the record itself" if kept_back is None else f"on {len(kept_back):,} rows kept back"
 
 
 def told(check: Assessment) -> dict[str, Any]:
