@@ -5,12 +5,9 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
-
-import jax
 
 from ..aiding import unaided_filter, unmapped
 from ..config import (
@@ -37,6 +34,7 @@ from ..version import __version__
 from .aiding import aiding_gain_rows
 from .faults import FaultFindings, fault_rows_of, find_faults
 from .parameters import parameter_rows
+from .provenance import made_with
 
 ARCSECONDS = 180.0 / math.pi * 3600.0
 """Per radian."""
@@ -175,7 +173,7 @@ def _facts(job: EstimateJob, path: Path) -> list[tuple[str, str]]:
         ("Filter", kind + (", smoothed" if result.smoothed else "") + _lag(result)),
         ("Rows", f"{int(result.log.kept.sum())} from {result.t[0]:.6g} s to {result.t[-1]:.6g} s"),
         ("Time", f"{compiling:.2f} s compiling, {running:.3f} s running"),
-        ("Made with", f"gainful {__version__}, JAX {jax.__version__}, Python {sys.version.split()[0]}"),
+        made_with(),
     ]
     if job.faults is not None:
         facts += [("Isolability", job.faults.isolability), ("Alarm above", job.faults.limit)]

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-import sys
 import time
 import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
-
-import jax
 
 from ..errors import GainfulError
 from ..io import check_folder, whole_folder
@@ -22,6 +19,7 @@ from ..studies.base import check_whole
 from ..studies.registry import check_study
 from ..version import __version__
 from .json_text import json_text
+from .provenance import made_with
 from .study import run_study
 
 GALLERY_FILES = ("index.html", "verdicts.json")
@@ -130,7 +128,7 @@ def _show(entries: Any, folder: Path, seconds: float) -> None:
     facts = [
         ("Studies", f"{len(cards)} of {len(entries)} finished"),
         ("Time", f"{seconds:.0f} s"),
-        ("Made with", f"gainful {__version__}, JAX {jax.__version__}, Python {sys.version.split()[0]}"),
+        made_with(),
     ]
     with whole_folder(folder) as scratch:
         (scratch / GALLERY_FILES[1]).write_text(json_text(_verdicts(entries, cards)), encoding="utf-8")

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import jax
 import pandas as pd
 
 from ..io import check_folder, whole_folder
@@ -17,6 +15,7 @@ from ..report import make_card, write_study_report
 from ..studies import Band, Chart, Figure, Line, Outcome, Study, Table, find_study
 from ..version import __version__
 from .json_text import json_text
+from .provenance import made_with
 
 FILES = ("report.html", "results.json", "results.parquet", "figures.parquet", "card.json")
 """What a study leaves in its folder."""
@@ -85,7 +84,7 @@ def _write(job: StudyJob, folder: Path) -> None:
     facts = [
         ("Monte Carlo", f"{outcome.runs} runs, seed {outcome.seed}"),
         ("Time", f"{job.seconds:.1f} s"),
-        ("Made with", f"gainful {__version__}, JAX {jax.__version__}, Python {sys.version.split()[0]}"),
+        made_with(),
     ]
     with whole_folder(folder) as scratch:
         (scratch / "results.json").write_text(json_text(_summary(job)), encoding="utf-8")

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-import sys
 from pathlib import Path
 from typing import Any
 
-import jax
 import pandas as pd
 
 from ..identification import Assessment, Recording
 from ..version import __version__
+from .provenance import made_with
 
 FILES = ("report.html", "identification.json", "rows.parquet")
 """What an identification leaves in its folder."""
@@ -42,7 +41,7 @@ def run_facts(
         ("Rows", f"{rows:,} whole of {len(recording):,}, every {recording.dt:.4g} s"),
         ("Kept back", "none" if kept_back is None else f"{len(kept_back):,}"),
         *own,
-        ("Made with", f"gainful {__version__}, JAX {jax.__version__}, Python {sys.version.split()[0]}"),
+        made_with(),
     ]
 
 
